@@ -9,27 +9,15 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <optional>
+#include <memory>
 #include <string>
 #include <utility>
 
 namespace hueline::storage {
 namespace {
 
-/// Memory that the disk can read by itself: begins at a block.
-class AlignedBuffer {
- public:
-  AlignedBuffer(std::size_t block, std::size_t size)
-      : bytes_(static_cast<std::byte*>(std::aligned_alloc(block, size))), size_(bytes_ ? size : 0) {}
-  std::byte* data() { return bytes_.get(); }
-  std::size_t size() const { return size_; }  ///< 0: there was no memory
-
- private:
-  struct Free {
-    void operator()(std::byte* bytes) const { std::free(bytes); }
-  };
-  std::unique_ptr<std::byte, Free> bytes_;
-  std::size_t size_;
+struct Free {
+  void operator()(std::byte* bytes) const { std::free(bytes); }
 };
 
 /// Large appends go past the kernel's page cache (O_DIRECT): copying a camera's 300 MB/s into fresh pages of it takes
@@ -94,8 +82,10 @@ class KernelFile final : public DiskFile {
     if (std::exchange(has_tried_, true)) return direct_fd_ >= 0;
     const std::string same = "/proc/self/fd/" + std::to_string(fd_);
     direct_fd_ = ::open(same.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC);  // some file systems have no such writing
-    if (direct_fd_ >= 0) staged_.emplace(kBlock, kStagedBytes);
-    if (staged_ && staged_->size() == 0) ::close(std::exchange(direct_fd_, -1));
+    if (direct_fd_ < 0) return false;
+    // The disk fetches the bytes by itself, which it can from addresses at a block only.
+    staged_.reset(static_cast<std::byte*>(std::aligned_alloc(kBlock, kStagedBytes)));
+    if (!staged_) ::close(std::exchange(direct_fd_, -1));
     return direct_fd_ >= 0;
   }
 
@@ -108,12 +98,12 @@ class KernelFile final : public DiskFile {
     std::size_t have = 0;
     for (const iovec& piece : pieces) {
       const std::size_t step = std::min(piece.iov_len, size - have);
-      std::memcpy(staged_->data() + have, piece.iov_base, step);
+      std::memcpy(staged_.get() + have, piece.iov_base, step);
       have += step;
       if (have == size) break;
     }
     const std::int64_t taken =
-        answer(::pwrite(is_direct ? direct_fd_ : fd_, staged_->data(), size, static_cast<off_t>(end_)));
+        answer(::pwrite(is_direct ? direct_fd_ : fd_, staged_.get(), size, static_cast<off_t>(end_)));
     if (taken == -EINVAL) ::close(std::exchange(direct_fd_, -1));
     return taken;
   }
@@ -124,7 +114,7 @@ class KernelFile final : public DiskFile {
   std::uint64_t end_ = 0;  // where the next append goes
   int direct_fd_ = -1;     // the same file without the page cache
   bool has_tried_ = false;
-  std::optional<AlignedBuffer> staged_;
+  std::unique_ptr<std::byte, Free> staged_;
 };
 
 /// Writes the folder's entry of the file to the medium, which fdatasync of the file does not promise (fsync(2)).
