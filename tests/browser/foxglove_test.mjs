@@ -9,6 +9,7 @@ import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
 import protobuf from "protobufjs";
 import "protobufjs/ext/descriptor/index.js";
+import { compareWithFoxglove } from "./schemas.mjs";
 
 const { FoxgloveClient } = protocol;
 
@@ -61,6 +62,8 @@ try {
           const root = protobuf.Root.fromDescriptor(Buffer.from(channel.schema, "base64"));
           root.resolveAll();
           const type = root.lookupType(channel.schemaName);
+          // What the server advertises is what Foxglove publishes, so that its panels know the messages.
+          assert.deepEqual(compareWithFoxglove(type).differences, [], channel.topic);
           decode = (data) => type.decode(new Uint8Array(data.buffer, data.byteOffset, data.byteLength));
         }
         decoders.set(client.subscribe(channel.id), { topic: channel.topic, decode });
