@@ -164,7 +164,7 @@ class Silence {
     std::uint64_t packets = 0;
     bool anybody = false;
     for (const auto& reader : run.readers()) {
-      packets += run.ingest().counts(reader->sensor()).bytes;
+      packets += run.ingest().counts(reader->sensor()).wire;  // that a device is not there yet is no word of it
       anybody |= reader->state() == runtime::Reader::State::Running;
     }
     quiet_s_ = packets == packets_ || !anybody ? quiet_s_ + 1 : 0;

@@ -31,3 +31,8 @@ sed 's/^seed: .*/seed: 32/' "$second" >other.yaml
 status=0
 $hueline simulate "$scenario" --beside other.yaml --out sim >said.txt 2>&1 || status=$?
 [ $status = 2 ] && grep -q "one vehicle on one drive" said.txt || fail "another drive was taken ($status)"
+
+# Devices that come late are waited for: that one is not there yet is no word of it.
+SECONDS=0 status=0
+$hueline capture rig.yaml --out late --until-silent --seconds 8 --quiet >said.txt 2>&1 || status=$?
+[ $SECONDS -ge 8 ] && [ $status = 5 ] && grep -q "nothing came from any sensor" said.txt || fail "gave up after $SECONDS s ($status)"
