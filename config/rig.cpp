@@ -19,6 +19,9 @@ using drivers::Role;
 bool is_sensor_name(const std::string& text) {
   return text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos && text != "hueline";
 }
+const TextForm kChecklistItem{"a sentence of at most 120 characters",
+                              [](const std::string& text) { return !text.empty() && text.size() <= 120; },
+                              "^.{1,120}$"};
 const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
 
 /// The keys of one sensor: those that every sensor has, those of its device, and those that its role has for clocks and
@@ -122,6 +125,11 @@ struct RigKeys {
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The file of the coloured points."}, cloud);
     keys.section({"recording", "", "How the recording is split into files, and what of it is kept."}, rig.recording);
+    keys.texts({"checklist", "",
+                "What people look at before a drive, such as the caps of the lenses: `check` shows it, and the console "
+                "asks for each.",
+                "nothing"},
+               rig.checklist, kChecklistItem);
     keys.number({"end_within_s", "s",
                  "How long a drive may take to end after it was asked to, for a vehicle whose ignition cuts the power. "
                  "Then it ends at once: `drive.mcap` is whole, cloud and view end early. 0: as long as it takes."},

@@ -39,9 +39,10 @@ struct Rig {
   fusion::Colouring::Config colouring;
   HealthLimits health;
   calibration::CalibrationWatchConfig watch;
-  double end_within_s = 0;        ///< the end of a drive is cut off after this long; 0: never
-  storage::MapConfig map;         ///< of the cloud
-  bool compressed_cloud = false;  ///< whether the cloud is written as cloud.laz instead of cloud.las
+  std::vector<std::string> checklist;  ///< what people check before a drive, in their words
+  double end_within_s = 0;             ///< the end of a drive is cut off after this long; 0: never
+  storage::MapConfig map;              ///< of the cloud
+  bool compressed_cloud = false;       ///< whether the cloud is written as cloud.laz instead of cloud.las
 
   storage::RecordingConfig recording;
 

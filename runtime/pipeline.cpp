@@ -115,6 +115,7 @@ void Pipeline::take_measurements() {
   for (Measurement& measurement : measurements_) {
     health_.on_measurement(measurement, synchroniser_.clock());
     if (const auto* fix = std::get_if<GnssFix>(&measurement)) sink_.on_fix(*fix);
+    if (const auto* image = std::get_if<Image>(&measurement)) sink_.on_image(*image);
     if (auto* fault = std::get_if<Fault>(&measurement)) {
       tell(std::move(*fault));
       continue;

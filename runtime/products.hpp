@@ -43,6 +43,8 @@ class ProductSink {
   /// colours, so it is called only if wants_provisional_cloud() returns true.
   virtual void on_provisional_cloud(const CloudBlock&, const fusion::Trajectory&) {}
   virtual bool wants_provisional_cloud() const { return false; }
+  /// Called with every image, whole or not, before its time is known.
+  virtual void on_image(const Image&) {}
   /// Called with an exposure and its image as soon as its time is known. Its pose may not be settled yet.
   virtual void on_exposure(const Exposure&) {}
   /// Called with the same exposure, without its image, once its pose is settled.

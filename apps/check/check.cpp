@@ -21,6 +21,7 @@
 #include "runtime/pipeline.hpp"
 #include "runtime/readiness.hpp"
 #include "runtime/recording.hpp"
+#include "runtime/test_exposure.hpp"
 #include "storage/recording_config.hpp"
 
 namespace hueline::apps {
@@ -67,9 +68,10 @@ double disk_speed(const std::filesystem::path& path) {
   return done ? static_cast<double>(kPiece) * kPieces / std::max(seconds, 1e-6) : -1;
 }
 
-/// Counts the points of the short run, and keeps why sensors are not there.
+/// Counts the points of the short run, looks at its images, and keeps why sensors are not there.
 class Heard : public runtime::ProductSink {
  public:
+  explicit Heard(const config::Rig& rig) : exposure_(rig) {}
   void on_fault(const Fault& fault) override {
     if (fault.kind == FaultKind::Disconnected || fault.kind == FaultKind::WrongDevice)
       why_[fault.sensor] = fault.detail;
@@ -80,9 +82,12 @@ class Heard : public runtime::ProductSink {
   }
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override { points_ += block.points.size(); }
   void on_laser(const StampedLaserBatch& batch) override { returns_ += batch.returns.size(); }
+  void on_image(const Image& image) override { exposure_.take(image); }
+  std::vector<runtime::LensLight> lenses() const { return exposure_.lenses(); }
   double points() const { return static_cast<double>(std::max(points_, returns_)); }
 
  private:
+  runtime::TestExposure exposure_;
   std::map<SensorId, std::string> why_;
   std::uint64_t points_ = 0, returns_ = 0;
 };
@@ -92,6 +97,7 @@ int check(const Options& options) {
   const config::Rig rig = config::load_rig(options.rig);
   std::vector<runtime::Finding> findings = runtime::check_rig(rig);
   std::vector<nlohmann::ordered_json> present;  // for --json: the sensors that are there
+  std::vector<runtime::LensLight> lenses;
   const bool is_live = std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const config::Sensor& sensor) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
@@ -114,7 +120,7 @@ int check(const Options& options) {
       log_error(journal.error().message);
       return kOutputRefused;
     }
-    Heard heard;
+    Heard heard(rig);
     runtime::Pipeline pipeline(rig, options.threads, heard);
     const BufferPool pool(std::size_t{512} << 20);
     std::vector<runtime::LiveRun::Source> sources;
@@ -151,6 +157,8 @@ int check(const Options& options) {
       present.push_back({{"name", sensor.name}, {"state", "ok"}, {"text", heard_of}, {"action", ""}});
     }
     facts.points_per_s = heard.points() / seconds;
+    lenses = heard.lenses();
+    for (auto& finding : runtime::check_light(lenses)) findings.push_back(std::move(finding));
     for (auto& finding : runtime::check_sensors(rig, pipeline.health())) findings.push_back(std::move(finding));
     if (signals.asked().stop_requested()) return kStopped;
   }
@@ -172,10 +180,23 @@ int check(const Options& options) {
     for (auto& one : present)
       if (std::none_of(findings.begin(), findings.end(), [&](const auto& found) { return found.about == one["name"]; }))
         items.push_back(std::move(one));
-    const nlohmann::ordered_json out = {{"rig", rig.name}, {"ready", is_ready}, {"items", items}};
+    nlohmann::ordered_json light = nlohmann::ordered_json::array();
+    for (const runtime::LensLight& one : lenses)
+      light.push_back({{"camera", one.camera},
+                       {"lens", one.lens},
+                       {"median", one.median()},
+                       {"dark_share", one.dark_share()},
+                       {"saturated_share", one.saturated_share()},
+                       {"histogram", one.pixels}});
+    const nlohmann::ordered_json out = {
+        {"rig", rig.name}, {"ready", is_ready}, {"items", items}, {"lenses", light}, {"checklist", rig.checklist}};
     fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     return is_ready ? kDone : kNotReady;
   }
+  for (const runtime::LensLight& one : lenses)
+    fmt::print("{:10} test exposure: median {:3} of 255, {:4.1f} % dark, {:4.1f} % saturated\n", one.lens, one.median(),
+               100 * one.dark_share(), 100 * one.saturated_share());
+  for (const std::string& item : rig.checklist) fmt::print("by hand: {}\n", item);
   const auto missing = std::count_if(findings.begin(), findings.end(), [](const auto& one) { return one.prevents; });
   for (const runtime::Finding& one : findings)
     fmt::print("{} {}: {}; {}\n", one.prevents ? "MISSING" : "remark ", one.about, one.text, one.action);

@@ -31,6 +31,9 @@ class SinkGroup : public runtime::ProductSink {
     return std::any_of(sinks_.begin(), sinks_.end(),
                        [](const ProductSink* sink) { return sink->wants_provisional_cloud(); });
   }
+  void on_image(const Image& image) override {
+    each([&](ProductSink& sink) { sink.on_image(image); });
+  }
   void on_exposure(const Exposure& exposure) override {
     each([&](ProductSink& sink) { sink.on_exposure(exposure); });
   }

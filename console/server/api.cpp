@@ -207,7 +207,8 @@ void Api::post(const Request& request, const Session& session, const Answered& a
     return answer_status(drive_.check(text_in(*body, "rig"), number_in(*body, "seconds", 6)), {{"state", "checking"}});
   if (request.path == "/api/start")
     return answer_drive(drive_.drive(text_in(*body, "rig"), text_in(*body, "name"), text_in(*body, "simulate"),
-                                     text_in(*body, "override")));
+                                     text_in(*body, "override"),
+                                     static_cast<std::size_t>(std::clamp(number_in(*body, "checked", 0), 0.0, 1e3))));
   if (request.path == "/api/replay")
     return answer_drive(drive_.replay(text_in(*body, "drive"), number_in(*body, "speed", 1)));
   const bool is_stop = request.path == "/api/stop";

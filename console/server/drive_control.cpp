@@ -141,8 +141,8 @@ bool DriveControl::try_feed(const fs::path& socket) {
             rig_ = json.value("rig", "");
             since_ = json.value("since", "");
             if (step_ != Step::Stopping) step_ = Step::Running;
-            if (const std::string why = std::exchange(override_, {}); !why.empty() && !is_replay_)
-              (void)mark("started although the check said not ready: " + why, [](const std::string&) {});
+            if (const std::string note = std::exchange(first_note_, {}); !note.empty() && !is_replay_)
+              (void)mark(note, [](const std::string&) {});
             changed();
           }
           if (frame.kind == feed::Kind::Answer && json.is_object())
@@ -181,7 +181,8 @@ void DriveControl::watch_programs() {
       if (found.is_object() && found.contains("items")) {
         check_["state"] = "done";
         check_["ready"] = found.value("ready", false);
-        check_["items"] = found["items"];
+        for (const char* part : {"items", "lenses", "checklist"})
+          check_[part] = found.value(part, ordered_json::array());
       } else {
         check_["error"] =
             fmt::format("the check ended with status {}: {}", *status, last_lines(work("check.log"), 2000));
@@ -325,6 +326,8 @@ Status DriveControl::check(const std::string& rig, double seconds) {
             {"at", utc("%Y-%m-%dT%H:%M:%SZ")},
             {"ready", nullptr},
             {"items", ordered_json::array()},
+            {"lenses", ordered_json::array()},
+            {"checklist", ordered_json::array()},
             {"error", ""}};
   changed();
   return {};
@@ -341,7 +344,7 @@ Status DriveControl::run_capture(const std::string& rig) {
 }
 
 Result<std::string> DriveControl::drive(const std::string& rig, const std::string& name, const std::string& scenario,
-                                        const std::string& override_reason) {
+                                        const std::string& override_reason, std::size_t checked) {
   if (is_busy())
     return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
   if (!name.empty() && !is_plain_name(name))
@@ -352,7 +355,18 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
   std::error_code ignored;
   if (fs::exists(places_.drives / drive, ignored))
     return Error{ErrorCode::Unavailable, "a drive of this name is there already: choose another name"};
-  if (Status checked = check_note(override_reason); !checked.ok()) return checked.error();
+  const std::size_t items = check_.value("rig", ordered_json()) == rig && scenario.empty()
+                                ? check_.value("checklist", ordered_json::array()).size()
+                                : 0;
+  if (checked < items && override_reason.empty())
+    return Error{
+        ErrorCode::Invalid,
+        fmt::format("{} of {} points of the rig's checklist are done: do the others, or say why not", checked, items)};
+  std::string note;
+  if (!override_reason.empty()) note = "started although the check said not ready: " + override_reason;
+  if (items > 0)
+    note += fmt::format("{}checklist: {} of {} points done", note.empty() ? "" : "; ", std::min(checked, items), items);
+  if (Status fits = check_note(note); !fits.ok()) return fits.error();
   is_replay_ = false;
   scenario_ = scenario;
   drive_ = drive;
@@ -376,7 +390,7 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
     if (!path.ok()) return path.error();
     if (Status run = run_capture(*path); !run.ok()) return run.error();
   }
-  override_ = override_reason;
+  first_note_ = note;
   last_ = nullptr;
   changed();
   return drive;

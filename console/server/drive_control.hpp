@@ -49,9 +49,10 @@ class DriveControl {
 
   // The operator's commands. Errors: Invalid (a wrong value), Unavailable (the wrong state), Io.
   Status check(const std::string& rig, double seconds);
-  /// Returns the name of the drive.
+  /// Returns the name of the drive. `checked` points of the rig's checklist are done; it needs a reason if some are
+  /// not.
   Result<std::string> drive(const std::string& rig, const std::string& name, const std::string& scenario,
-                            const std::string& override_reason);
+                            const std::string& override_reason, std::size_t checked);
   Result<std::string> replay(const std::string& drive, double speed);
   /// `done` gets the answer of the running drive: empty if it ends.
   Status stop(std::function<void(const std::string& error)> done);
@@ -87,7 +88,8 @@ class DriveControl {
   nlohmann::ordered_json last_, check_;
   std::uint64_t next_command_ = 1;
   std::map<std::uint64_t, std::function<void(const std::string&)>> commands_;
-  std::string override_;  // why a drive was started although the check said not ready; told to the drive as a mark
+  std::string
+      first_note_;  // the drive's first mark: why it was started though not ready, what of the checklist is done
   std::string told_;
 };
 

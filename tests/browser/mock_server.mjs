@@ -30,8 +30,11 @@ export const kSensors = [
 
 export class Mock {
   state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none" };
-  check = { state: "none", rig: null, at: null, ready: null, items: [], error: "" };
+  check = { state: "none", rig: null, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
   /// What a check will answer.
+  checklist = [];
+  checkLenses = ["front", "left"].map((lens) => ({ camera: "camera", lens, median: 91, dark_share: 0.031, saturated_share: 0.004,
+    histogram: Array.from({ length: 64 }, (_, i) => Math.round(1000 * Math.exp(-(((i - 22) / 12) ** 2))) + (i === 63 ? 200 : 0)) }));
   checkItems = [
     { name: "rig", state: "ok", text: "The rig contradicts nothing.", action: "" },
     { name: "laser", state: "ok", text: "754 packets a second.", action: "" },
@@ -297,10 +300,10 @@ export class Mock {
       case "GET rigs": return say(200, { rigs: [{ name: "street", from: "shipped" }, { name: "minimal", from: "shipped" }] });
       case "GET check": return say(200, this.check);
       case "POST check":
-        this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], error: "" };
+        this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
         setTimeout(() => {
           const items = structuredClone(this.checkItems);
-          this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, error: "" };
+          this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, lenses: this.checkLenses, checklist: this.checklist, error: "" };
         }, 700);
         return say(202, { state: "checking" });
       case "POST start":

@@ -110,6 +110,29 @@ test("what is missing is named with what to do, and starting anyway needs a reas
   assert.deepEqual(posts("start")[0].body, { rig: "street", override: "test of the scanner only" });
 });
 
+test("the rig's checklist is ticked by hand before it says ready", async () => {
+  mock.checklist = ["The caps of the lenses are off.", "镜头已擦净。"];
+  await open();
+  await page.waitForSelector(".answer.by_hand");
+  assert.ok(await page.getByRole("button", { name: "Start anyway" }).isDisabled());
+  await page.getByLabel("The caps of the lenses are off.").check();
+  await page.waitForSelector(".answer.by_hand");
+  await page.getByLabel("镜头已擦净。").check();
+  await page.waitForSelector(".answer.ready");
+  await page.getByRole("button", { name: "Start the drive" }).click();
+  await page.waitForSelector(".drive-view");
+  assert.deepEqual(posts("start")[0].body, { rig: "street", checked: 2 });
+});
+
+test("the test exposure shows how bright each lens is", async () => {
+  await open();
+  await page.getByRole("img", { name: "left: median 91 of 255, 3.1 % dark, 0.4 % saturated" }).waitFor();
+  const heights = await page.$$eval(".light:first-of-type rect", (bars) => bars.map((bar) => bar.getBoundingClientRect().height));
+  assert.equal(heights.length, 64);
+  assert.equal(heights.indexOf(Math.max(...heights)), 22);
+  assert.ok(heights[63] > 5, "some saturated pixels are to be seen");
+});
+
 test("the answer is read from a metre away", async () => {
   for (const size of ["tablet", "phone"]) {
     await open("start", { size });

@@ -125,12 +125,26 @@ export interface CheckItem {
   action: string;
 }
 
+/// How bright a lens is in the check's test exposure.
+export interface LensLight {
+  camera: string;
+  lens: string;
+  median: number;
+  dark_share: number;
+  saturated_share: number;
+  /// Numbers of pixels by value, from 0 to 255.
+  histogram: number[];
+}
+
 export interface Check {
   state: "none" | "running" | "done" | "failed";
   rig: string | null;
   at: string | null;
   ready: boolean | null;
   items: CheckItem[];
+  lenses: LensLight[];
+  /// What people have to look at before a drive, in the rig's words.
+  checklist: string[];
   error: string;
 }
 

@@ -3,7 +3,7 @@ import { useEffect, useState } from "preact/hooks";
 import { Lamp } from "../parts/lamp";
 import { reason, useTask } from "../parts/task";
 import { get, post } from "../link/rest";
-import type { Check, CheckItem } from "../link/messages";
+import type { Check, CheckItem, LensLight } from "../link/messages";
 import { consoleState, isDriving, mayOperate } from "../state/live";
 import { formatClock, t } from "../words/words";
 
@@ -12,6 +12,8 @@ const rig = signal("");
 const scenario = signal("");
 const check = signal<Check | null>(null);
 const wrong = signal("");
+/// The points of the rig's checklist that are done.
+const done = signal<ReadonlySet<string>>(new Set());
 
 const kPollMs = 500;
 
@@ -20,6 +22,7 @@ let run = 0;
 async function runCheck(): Promise<void> {
   const mine = ++run;
   check.value = null;
+  done.value = new Set();
   wrong.value = "";
   if (!rig.value) return;
   try {
@@ -61,13 +64,15 @@ function Item({ item }: { item: CheckItem }) {
   );
 }
 
+const isListDone = (): boolean => (check.value?.checklist ?? []).every((item) => done.value.has(item));
+
 function Answer() {
   const now = check.value;
   const driving = isDriving.value;
-  const isReady = now?.state === "done" && now.ready === true;
+  const answer = now?.ready !== true ? "not_ready" : isListDone() ? "ready" : "by_hand";
   const kind = driving ? "running" : !now ? (wrong.value || !rig.value ? "unknown" : "checking")
-    : now.state === "running" ? "checking" : now.state !== "done" ? "unknown" : isReady ? "ready" : "not_ready";
-  const lamp = { running: "info", unknown: "none", checking: "waiting", ready: "ok", not_ready: "alarm" } as const;
+    : now.state === "running" ? "checking" : now.state !== "done" ? "unknown" : answer;
+  const lamp = { running: "info", unknown: "none", checking: "waiting", ready: "ok", by_hand: "waiting", not_ready: "alarm" } as const;
   return (
     <p class={`answer ${kind}`} role="status">
       <Lamp level={lamp[kind]} word={t(`start.${kind}`)} />
@@ -96,6 +101,60 @@ function Items() {
   );
 }
 
+/// What the operator has to look at. Each point is ticked by hand.
+function Checklist() {
+  const items = check.value?.checklist ?? [];
+  if (items.length === 0) return null;
+  const tick = (item: string): void => {
+    const now = new Set(done.value);
+    if (!now.delete(item)) now.add(item);
+    done.value = now;
+  };
+  return (
+    <fieldset class="checklist">
+      <legend>{t("start.checklist")}</legend>
+      {items.map((item) => (
+        <label key={item}>
+          <input type="checkbox" checked={done.value.has(item)} onChange={() => tick(item)} />
+          {item}
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+const kBinWidth = 4, kBarHeight = 48;
+
+/// The pixels of a lens by their brightness. Few pixels are to be seen too, so heights go by the root of the number.
+function Light({ light }: { light: LensLight }) {
+  const most = Math.max(1, ...light.histogram);
+  const percent = (share: number): string => (100 * share).toFixed(1);
+  const words = t("start.light_of", { median: light.median, dark: percent(light.dark_share), saturated: percent(light.saturated_share) });
+  const width = light.histogram.length * kBinWidth;
+  return (
+    <figure class="light">
+      <svg viewBox={`0 0 ${width} ${kBarHeight}`} role="img" aria-label={`${light.lens}: ${words}`}>
+        {light.histogram.map((count, i) => {
+          const height = kBarHeight * Math.sqrt(count / most);
+          return <rect key={i} x={i * kBinWidth} y={kBarHeight - height} width={kBinWidth} height={height} />;
+        })}
+      </svg>
+      <figcaption><b>{light.lens}</b> {words}</figcaption>
+    </figure>
+  );
+}
+
+function Lights() {
+  const lenses = check.value?.lenses ?? [];
+  if (lenses.length === 0) return null;
+  return (
+    <section class="lights">
+      <h2>{t("start.light")}</h2>
+      {lenses.map((one) => <Light key={one.lens} light={one} />)}
+    </section>
+  );
+}
+
 function StartForm() {
   const task = useTask();
   const [name, setName] = useState("");
@@ -104,7 +163,7 @@ function StartForm() {
   const isReady = check.value?.ready === true;
   const isSimulated = scenario.value !== "";
   const isNameRight = /^[A-Za-z0-9._-]{0,64}$/.test(name);
-  const mustSayWhy = !isReady && !isSimulated;
+  const mustSayWhy = (!isReady || !isListDone()) && !isSimulated;
   const start = (): void =>
     task.run(() =>
       post("start", {
@@ -112,6 +171,7 @@ function StartForm() {
         ...(name && { name }),
         ...(isSimulated && { simulate: scenario.value }),
         ...(mustSayWhy && { override }),
+        ...(!isSimulated && done.value.size > 0 && { checked: done.value.size }),
       }),
     );
   return (
@@ -171,7 +231,7 @@ export function StartView() {
             <pre lang="en">{state.last!.text}</pre>
           </details>
         )}
-        {!isDriving.value && <Items />}
+        {!isDriving.value && <><Checklist /><Items /><Lights /></>}
       </div>
       {rigs.value?.length === 0 && <p class="wrong" role="alert">{t("start.no_rigs")}</p>}
       {!mayOperate.value ? <p class="empty">{t("error.viewer")}</p> : !isDriving.value && <StartForm />}
