@@ -8,52 +8,28 @@
 #include "storage/journal_writer.hpp"
 
 namespace hueline::storage {
-namespace {
-
-/// Decides about each packet, and gives the kept ones their new sequence.
-class Choice {
- public:
-  Choice(const JournalPart& part, CopiedPart& result) : part_(part), result_(result) {}
-
-  enum class Fate : std::uint8_t { Keep, LeaveOut, Stop };
-  Fate judge(const Packet& packet) {
-    if (!std::exchange(has_begun_, true)) begin_ = packet.received;
-    // The stamps of different devices do not come quite in order: the time of the drive is that of the newest.
-    newest_ = std::max(newest_, packet.received - begin_);
-    if (part_.to_s && newest_ > from_seconds(*part_.to_s)) return Fate::Stop;
-    if (newest_ < from_seconds(part_.from_s)) {
-      ++result_.before;
-      return Fate::LeaveOut;
-    }
-    if (!std::exchange(has_first_, true)) first_ = packet.sequence;
-    if (packet.kind == PacketKind::Ledger && is_new_order()) {
-      ++ledgers_;
-      return Fate::LeaveOut;
-    }
-    if (packet.sensor < part_.left_out.size() && part_.left_out[packet.sensor]) {
-      ++result_.of_others;
-      return Fate::LeaveOut;
-    }
-    return Fate::Keep;
+PartChoice::Fate PartChoice::judge(const Packet& packet) {
+  if (!std::exchange(has_begun_, true)) begin_ = packet.received;
+  // The stamps of different devices do not come quite in order: the time of the drive is that of the newest.
+  newest_ = std::max(newest_, packet.received - begin_);
+  if (part_.to_s && newest_ > from_seconds(*part_.to_s)) return Fate::Stop;
+  if (newest_ < from_seconds(part_.from_s)) {
+    ++before_;
+    return Fate::LeaveOut;
   }
-  std::uint64_t sequence_of(const Packet& packet) const {
-    return packet.sequence - first_ - result_.of_others - ledgers_;
+  if (!std::exchange(has_first_, true)) first_ = packet.sequence;
+  if (packet.kind == PacketKind::Ledger && is_new_order()) {
+    ++ledgers_;
+    return Fate::LeaveOut;
   }
+  if (packet.sensor < part_.left_out.size() && part_.left_out[packet.sensor]) {
+    ++of_others_;
+    return Fate::LeaveOut;
+  }
+  return Fate::Keep;
+}
 
- private:
-  /// Whether packets get another sequence than they had.
-  bool is_new_order() const { return first_ > 0 || std::ranges::count(part_.left_out, true) > 0; }
-
-  const JournalPart& part_;
-  CopiedPart& result_;
-  bool has_begun_ = false, has_first_ = false;
-  HostTime begin_{};
-  nanoseconds newest_{0};
-  std::uint64_t first_ = 0;    // sequence of the first packet of the time that is kept
-  std::uint64_t ledgers_ = 0;  // left out, because they count what is in the old recording
-};
-
-}  // namespace
+bool PartChoice::is_new_order() const { return first_ > 0 || std::ranges::count(part_.left_out, true) > 0; }
 
 Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, const JournalPart& part,
                              const std::filesystem::path& to) {
@@ -68,7 +44,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   auto writer = JournalWriter::create(to, header, config);
   if (!writer.ok()) return writer.error();
   CopiedPart result;
-  Choice choice(part, result);
+  PartChoice choice(part);
   for (;;) {
     auto packet = journal.next({});
     if (!packet.ok()) {
@@ -81,17 +57,19 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
       break;
     }
     const auto fate = choice.judge(*packet);
-    if (fate == Choice::Fate::Stop) {
+    if (fate == PartChoice::Fate::Stop) {
       result.ends_early = true;
       break;
     }
-    if (fate == Choice::Fate::LeaveOut) continue;
+    if (fate == PartChoice::Fate::LeaveOut) continue;
     packet->sequence = choice.sequence_of(*packet);
     // The time by which a capture hands its data to the disk does not matter here.
     if (Status written = writer->append(*packet, nanoseconds(0)); !written.ok()) return written.error();
     ++result.packets;
     result.bytes += packet->bytes.size();
   }
+  result.before = choice.before();
+  result.of_others = choice.of_others();
   if (Status closed = writer->close(); !closed.ok()) return closed.error();
   return result;
 }

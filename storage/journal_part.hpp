@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "storage/journal_reader.hpp"
@@ -16,6 +17,40 @@ struct JournalPart {
   std::optional<double> to_s;  ///< empty: to the end
   /// By SensorId, whether the sensor's packets are left out; may be shorter than the sensors. hueline's own are kept.
   std::vector<bool> left_out;
+};
+
+/// Decides about each packet of a recording whether it belongs to the part, and which sequence it gets there.
+/// Thread safety: none.
+class PartChoice {
+ public:
+  enum class Fate : std::uint8_t { Keep, LeaveOut, Stop };
+
+  explicit PartChoice(JournalPart part) : part_(std::move(part)) {}
+
+  /// Takes the next packet of the recording. Stop: it and all that follow lie behind the part.
+  Fate judge(const Packet& packet);
+  /// Returns the sequence in the part of a packet that is kept. The sequence there begins at 0 and has the gaps of the
+  /// recording.
+  std::uint64_t sequence_of(const Packet& packet) const { return packet.sequence - first_ - of_others_ - ledgers_; }
+  /// When the first packet of the recording came; before the first judge(), zero.
+  HostTime begin() const { return begin_; }
+  /// How long after it the newest packet so far came.
+  nanoseconds newest() const { return newest_; }
+  /// Packets left out so far: before the time, and of sensors that are left out.
+  std::uint64_t before() const { return before_; }
+  std::uint64_t of_others() const { return of_others_; }
+
+ private:
+  /// Whether packets get another sequence than they had.
+  bool is_new_order() const;
+
+  const JournalPart part_;
+  bool has_begun_ = false, has_first_ = false;
+  HostTime begin_{};
+  nanoseconds newest_{0};
+  std::uint64_t first_ = 0;  // sequence of the first packet of the time that is kept
+  std::uint64_t before_ = 0, of_others_ = 0;
+  std::uint64_t ledgers_ = 0;  // left out, because they count what is in the old recording
 };
 
 /// What was copied, and what was not.

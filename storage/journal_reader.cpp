@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -101,6 +102,10 @@ Result<Packet> JournalReader::next(std::stop_token stop) {
     Result<Packet> packet = next_of_segment();
     if (packet) {
       last_sequence_ = packet->sequence;
+      if (skip_before_ > 0 && count_ns(packet->received) >= static_cast<std::int64_t>(skip_before_)) {
+        skip_before_ = 0;
+        mcap_->skip_chunks_before(0);
+      }
       return packet;
     }
     const ErrorCode code = packet.error().code;
@@ -133,6 +138,8 @@ Result<Packet> JournalReader::next_of_segment() {
 Status JournalReader::go_on(const Error& end) {
   const Segment before = segments_[at_];
   if (mcap_) bytes_before_ += mcap_->file_size();
+  // Of packets that were passed over nobody knows the sequence.
+  if (mcap_ && mcap_->chunks_skipped() > 0 && skip_before_ > 0) last_sequence_.reset();
   mcap_.reset();
   const Segment& present = segments_[++at_];
   const auto left_out = [&](const std::string& why) {
@@ -151,6 +158,7 @@ Status JournalReader::go_on(const Error& end) {
   if (SegmentPlace::of(*header).recording != recording_ || header->sensors != header_.sensors)
     return left_out(present.path.string() + " is of another recording than " + segments_.front().path.string());
   mcap_ = std::move(*mcap);
+  mcap_->skip_chunks_before(skip_before_);
   return check_place(*header, before, end);
 }
 
@@ -169,6 +177,17 @@ Status JournalReader::check_place(const JournalHeader& header, const Segment& be
     return {};
   return Error{ErrorCode::Malformed,
                fmt::format("{}; {} goes on behind what is missing", end.message, present.path.string())};
+}
+
+void JournalReader::skip_before(HostTime time) {
+  skip_before_ = static_cast<std::uint64_t>(std::max<std::int64_t>(0, count_ns(time)));
+  if (mcap_) mcap_->skip_chunks_before(skip_before_);
+}
+
+std::optional<HostTime> JournalReader::newest() const {
+  for (std::size_t i = segments_.size(); i-- > 0;)
+    if (const auto time = newest_log_time(segments_[i].path)) return host_time_ns(static_cast<std::int64_t>(*time));
+  return {};
 }
 
 void JournalReader::close() {

@@ -42,6 +42,13 @@ class JournalReader final : public PacketSource {
   Result<Packet> next(std::stop_token stop) override;
   void close() override;
 
+  /// Passes over chunks of which every packet came before `time`, until the first packet that did not: whoever seeks
+  /// needs not read what lies before. Packets before `time` may still be returned.
+  void skip_before(HostTime time);
+  /// Returns when the newest packet came, without reading the packets; empty if that is not possible. It reads the end
+  /// of a whole recording, and the heads of the chunks of one that was cut.
+  std::optional<HostTime> newest() const;
+
   /// The position of the reader in the files, to show progress.
   std::uint64_t position() const { return bytes_before_ + (mcap_ ? mcap_->position() : 0); }
   std::uint64_t file_size() const { return file_size_; }
@@ -66,7 +73,8 @@ class JournalReader final : public PacketSource {
   std::string recording_;           // SegmentPlace::recording of the first segment
   SegmentPlace newest_;             // of the last segment: it knows what the ring has removed
   std::optional<std::uint64_t> last_sequence_;
-  std::optional<Error> end_;  // how the last segment ended, if it could not be opened
+  std::optional<Error> end_;       // how the last segment ended, if it could not be opened
+  std::uint64_t skip_before_ = 0;  // received, ns; 0: nothing is skipped
   std::uint64_t bytes_before_ = 0, file_size_ = 0;
   bool untouched_ = true;  // open() right after the static open() does not read the header again
 };

@@ -18,6 +18,13 @@ constexpr std::uint64_t kUnpackedAnyway = std::uint64_t{8} << 30;
 constexpr std::uint64_t kUnpackedShare = 64;
 constexpr std::size_t kFooterContent = 8 + 8 + 4;
 constexpr std::size_t kFileTail = kMcapRecordHead + kFooterContent + kMcapMagic.size();
+constexpr std::size_t kChunkTimes = 8 + 8;  // a chunk begins with the times of its oldest and newest message
+
+std::uint64_t newest_of_chunk(ByteView times) {
+  ByteReader in(times);
+  in.take<std::uint64_t>();
+  return in.take<std::uint64_t>();
+}
 
 }  // namespace
 
@@ -149,6 +156,15 @@ std::optional<Error> McapReader::read_record() {
   if (opcode == McapOpcode{0}) return finish(truncated(at_, "after bytes that were never written (zeros)"));
   if (length > left - kMcapRecordHead)
     return finish(truncated(at_, "inside a record of " + std::to_string(length) + " bytes"));
+  if (opcode == McapOpcode::Chunk && skip_before_ > 0 && length >= kChunkTimes) {
+    std::byte times[kChunkTimes];
+    if (Status done = file_.read(at_ + kMcapRecordHead, times); !done) return finish(done.error());
+    if (newest_of_chunk(times) < skip_before_) {
+      at_ += kMcapRecordHead + length;
+      ++chunks_skipped_;
+      return {};
+    }
+  }
   Result<Buffer> record = read(at_ + kMcapRecordHead, length);
   if (!record) return finish(record.error());
   const std::uint64_t record_at = at_;
@@ -218,7 +234,8 @@ std::optional<Error> McapReader::load_chunk(const Buffer& record, std::uint64_t 
 }
 
 Error McapReader::check_end(std::uint32_t stated_data_crc) {
-  if (!damage_reported_ && stated_data_crc != 0 && stated_data_crc != data_crc_)
+  const bool is_read_whole = !damage_reported_ && chunks_skipped_ == 0;
+  if (is_read_whole && stated_data_crc != 0 && stated_data_crc != data_crc_)
     return damaged(at_, "the CRC over the data section is wrong; each chunk's own CRC was right");
   if (file_.size() - at_ < kFileTail) return truncated(at_, "inside the summary; all messages are whole");
   std::byte tail[kFileTail];
@@ -247,10 +264,49 @@ Error McapReader::check_end(std::uint32_t stated_data_crc) {
     McapStatistics statistics;
     if (kind == McapOpcode::Statistics && decode_record(content, statistics)) statistics_ = std::move(statistics);
   }
-  if (statistics_ && !damage_reported_ && statistics_->message_count != messages_read_)
+  if (statistics_ && is_read_whole && statistics_->message_count != messages_read_)
     return damaged(summary_at, "the summary counts " + std::to_string(statistics_->message_count) +
                                    " messages, the file holds " + std::to_string(messages_read_));
   return {ErrorCode::EndOfData, "end of " + file_.path().string()};
+}
+
+std::optional<std::uint64_t> newest_log_time(const std::filesystem::path& path) {
+  const auto file = InputFile::open(path);
+  if (!file) return {};
+  std::uint64_t end = file->size();
+  std::optional<std::uint64_t> newest;
+  const auto note = [&newest](std::uint64_t time) { newest = std::max(newest.value_or(0), time); };
+  // The records of the summary stand at the end, those of the data before it.
+  std::uint64_t at = kMcapMagic.size();
+  if (std::byte tail[kFileTail]; end >= kFileTail + at && file->read(end - kFileTail, tail)) {
+    ByteReader in(tail);
+    const bool is_footer = static_cast<McapOpcode>(in.take<std::uint8_t>()) == McapOpcode::Footer;
+    const auto length = in.take<std::uint64_t>();
+    const auto summary_at = in.take<std::uint64_t>();
+    if (is_footer && length == kFooterContent && summary_at > 0 && summary_at < end) at = summary_at;
+  }
+  while (end - at >= kMcapRecordHead) {
+    std::byte head[kMcapRecordHead];
+    if (!file->read(at, head)) break;
+    ByteReader in(head);
+    const auto opcode = static_cast<McapOpcode>(in.take<std::uint8_t>());
+    const auto length = in.take<std::uint64_t>();
+    const std::uint64_t content_at = at + kMcapRecordHead;
+    if (opcode == McapOpcode{0} || length > end - content_at) break;
+    at = content_at + length;
+    constexpr std::uint64_t kMostStatistics = 1 << 20;
+    if (opcode == McapOpcode::Chunk && length >= kChunkTimes) {
+      std::byte times[kChunkTimes];
+      if (file->read(content_at, times)) note(newest_of_chunk(times));
+    } else if (opcode == McapOpcode::Statistics && length <= kMostStatistics) {
+      std::vector<std::byte> content(static_cast<std::size_t>(length));
+      McapStatistics statistics;
+      if (file->read(content_at, content) && decode_record(ByteView(content), statistics) &&
+          statistics.message_count > 0)
+        note(statistics.message_end_time);
+    }
+  }
+  return newest;
 }
 
 }  // namespace hueline::storage

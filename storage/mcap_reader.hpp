@@ -39,6 +39,11 @@ class McapReader {
   /// - Io, Unsupported.
   Result<McapMessage> next();
 
+  /// Passes over chunks that hold only messages with an earlier `log_time`, ns, without reading them; the CRC and the
+  /// counts of the whole file are then not checked. Chunks that hold others are read whole. 0: reads all again.
+  void skip_chunks_before(std::uint64_t log_time) { skip_before_ = log_time; }
+  std::uint64_t chunks_skipped() const { return chunks_skipped_; }
+
   // What was read so far.
   const std::map<std::uint16_t, McapSchema>& schemas() const { return schemas_; }
   const std::map<std::uint16_t, McapChannel>& channels() const { return channels_; }
@@ -73,6 +78,7 @@ class McapReader {
   std::uint64_t chunk_file_at_ = 0;
   std::uint32_t data_crc_ = 0;
   std::uint64_t unpacked_ = 0;  // bytes of all compressed chunks so far
+  std::uint64_t skip_before_ = 0, chunks_skipped_ = 0;
   bool damage_reported_ = false;
   std::optional<Error> end_, pending_;  // pending_: an error met while opening, returned by the first next()
   std::map<std::uint16_t, McapSchema> schemas_;
@@ -83,5 +89,9 @@ class McapReader {
   std::string profile_, library_;
   std::uint64_t messages_read_ = 0;
 };
+
+/// Returns the newest `log_time` of an MCAP file, ns: by its summary, and of a file without one by the heads of its
+/// chunks. Empty if it has no message, or cannot be read.
+std::optional<std::uint64_t> newest_log_time(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

@@ -151,5 +151,55 @@ TEST_F(JournalParts, WhatIsWholeOfADamagedRecordingIsRecovered) {
   }
 }
 
+/// Whoever seeks gets the same packets as whoever reads all, without reading what lies before.
+TEST_F(JournalParts, SeekingGivesWhatIsThere) {
+  const auto packets = sample_packets(3000);
+  write(packets);
+  const double from_s = 1;
+  copy({.from_s = from_s});
+  const auto expected = read();
+  ASSERT_GT(expected.size(), 500u);
+
+  auto journal = JournalReader::open(whole_);
+  ASSERT_TRUE(journal.ok());
+  PartChoice choice({.from_s = from_s});
+  std::vector<Packet> found;
+  std::uint64_t read_in_all = 0;
+  for (;;) {
+    auto packet = (*journal)->next({});
+    if (!packet.ok()) {
+      EXPECT_EQ(packet.error().code, ErrorCode::EndOfData) << packet.error().message;
+      break;
+    }
+    const auto fate = choice.judge(*packet);
+    if (read_in_all++ == 0) (*journal)->skip_before(choice.begin() + from_seconds(from_s));
+    if (fate != PartChoice::Fate::Keep) continue;
+    packet->sequence = choice.sequence_of(*packet);
+    found.push_back(*packet);
+  }
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_TRUE(test::same(found[i], expected[i])) << i;
+  EXPECT_LT(read_in_all, packets.size() * 3 / 4);
+}
+
+TEST_F(JournalParts, TheNewestPacketIsFoundWithAndWithoutASummary) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  HostTime newest{};
+  for (const Packet& packet : packets) newest = std::max(newest, packet.received);
+  auto journal = JournalReader::open(whole_);
+  ASSERT_TRUE(journal.ok());
+  EXPECT_EQ((*journal)->newest(), newest);
+  // Cut by a crash: the heads of the chunks that are left say it.
+  std::filesystem::resize_file(whole_, std::filesystem::file_size(whole_) / 2);
+  journal = JournalReader::open(whole_);
+  ASSERT_TRUE(journal.ok());
+  HostTime left{};
+  for (auto packet = (*journal)->next({}); packet.ok(); packet = (*journal)->next({}))
+    left = std::max(left, packet->received);
+  EXPECT_LT(left, newest);
+  EXPECT_EQ((*journal)->newest(), left);
+}
+
 }  // namespace
 }  // namespace hueline::storage
