@@ -22,10 +22,11 @@ constexpr std::size_t kChangingSeconds = 30;
 
 }  // namespace
 
-Feed::Feed(const config::Rig& rig, Outputs& outputs, double points_per_s, std::unique_ptr<FeedThread> thread)
+Feed::Feed(const config::Rig& rig, Outputs& outputs, const Config& config, std::unique_ptr<FeedThread> thread)
     : outputs_(outputs),
       names_(rig.sensor_names()),
-      points_per_s_(points_per_s),
+      points_per_s_(config.points_per_s),
+      begin_s_(config.begin_s),
       news_(std::make_unique<FeedNews>()),
       thread_(std::move(thread)) {
   state_.sensors.resize(names_.size());
@@ -34,11 +35,10 @@ Feed::Feed(const config::Rig& rig, Outputs& outputs, double points_per_s, std::u
 Feed::~Feed() = default;
 
 Result<std::unique_ptr<Feed>> Feed::create(const std::filesystem::path& socket, const config::Rig& rig,
-                                           Outputs& outputs, Config config) {
-  const double points_per_s = config.points_per_s;
-  auto thread = std::make_unique<FeedThread>(rig, std::move(config));
+                                           Outputs& outputs, const Config& config) {
+  auto thread = std::make_unique<FeedThread>(rig, config);
   if (Status started = thread->start(socket); !started.ok()) return started.error();
-  return std::unique_ptr<Feed>(new Feed(rig, outputs, points_per_s, std::move(thread)));
+  return std::unique_ptr<Feed>(new Feed(rig, outputs, config, std::move(thread)));
 }
 
 const std::string& Feed::name_of(SensorId sensor) const {
@@ -77,7 +77,7 @@ void Feed::finish(const Pipeline& pipeline) {
 void Feed::observe(const Pipeline& pipeline) {
   const Health& health = pipeline.health();
   const Summary& summary = outputs_.summary();
-  state_.drive_s = health.drive_s();
+  state_.drive_s = begin_s_ + health.drive_s();
   state_.path_m = health.path_m();
   state_.gps = pipeline.synchroniser().stream_time();
   state_.level = health.level(kSystemSensor);
@@ -85,7 +85,10 @@ void Feed::observe(const Pipeline& pipeline) {
     state_.sensors[id].level = health.level(static_cast<SensorId>(id));
   state_.troubles.clear();
   for (const HealthEpisode& one : health.episodes())
-    if (one.lasts) state_.troubles.push_back(one);
+    if (one.lasts) {
+      state_.troubles.push_back(one);
+      state_.troubles.back().begin_s += begin_s_;
+    }
   state_.host_sigma.reset();
   if (const auto stamp = pipeline.synchroniser().clock().stamp(state_.newest)) state_.host_sigma = stamp->sigma;
   state_.points = summary.points();
@@ -93,8 +96,10 @@ void Feed::observe(const Pipeline& pipeline) {
   state_.exposures = summary.exposures();
   const auto& marks = summary.marks();
   state_.first_mark = marks.size() > kMostMarks ? marks.size() - kMostMarks : 0;
-  if (marks.size() != state_.first_mark + state_.marks.size())
+  if (marks.size() != state_.first_mark + state_.marks.size()) {
     state_.marks.assign(marks.begin() + static_cast<std::ptrdiff_t>(state_.first_mark), marks.end());
+    for (OperatorCommand& mark : state_.marks) mark.drive_s += begin_s_;
+  }
   news_->state = state_;
 
   const auto now = Clock::now();
@@ -188,15 +193,15 @@ void Feed::on_fault(const Fault& fault) {
 void Feed::on_health(const HealthChange& change) {
   outputs_.on_health(change);
   const bool is_trouble = change.trouble && change.level != HealthLevel::Ok;
-  tell({change.time, change.drive_s, "health", change.trouble ? name(change.level) : "info", name_of(change.sensor),
-        is_trouble ? change.cause : text(change), change.action});
+  tell({change.time, begin_s_ + change.drive_s, "health", change.trouble ? name(change.level) : "info",
+        name_of(change.sensor), is_trouble ? change.cause : text(change), change.action});
 }
 
 void Feed::on_command(const OperatorCommand& command) {
   outputs_.on_command(command);
   const bool is_mark = command.command.kind == DriveCommand::Kind::Mark;
   tell({command.time,
-        command.drive_s,
+        begin_s_ + command.drive_s,
         is_mark ? "mark" : "command",
         "info",
         "operator",

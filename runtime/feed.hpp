@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +13,19 @@
 #include "core/packet.hpp"
 #include "runtime/feed_state.hpp"
 #include "runtime/outputs.hpp"
+#include "runtime/pacer.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/products.hpp"
 
 namespace hueline::runtime {
+
+/// How a replay runs, and where it is.
+struct ReplayState {
+  Pace pace;
+  double from_s = 0;      ///< s of the drive from which it is shown
+  double position_s = 0;  ///< s of the drive that it has reached
+  std::optional<double> duration_s;
+};
 
 class FeedThread;
 struct FeedNews;
@@ -37,11 +47,16 @@ class Feed : public ProductSink {
     /// Takes a command of a listener, on the feed's thread. An error is told to the listener.
     std::function<Status(const DriveCommand&)> on_command;
     double points_per_s = 60'000;  ///< the cloud is thinned to about so many points
+    /// Of a replay: how it runs. Called on the feed's thread ten times a second.
+    std::function<ReplayState()> replay = {};
+    /// Of a replay: takes the pace that a listener asks for, on the feed's thread.
+    std::function<void(const Pace&)> on_pace = {};
+    double begin_s = 0;  ///< s of the drive before the part that is replayed; times in the feed are those of the drive
   };
 
   /// `outputs` gets all products first. It must outlive the feed. Errors: those of listen_locally().
   static Result<std::unique_ptr<Feed>> create(const std::filesystem::path& socket, const config::Rig& rig,
-                                              Outputs& outputs, Config config);
+                                              Outputs& outputs, const Config& config);
   ~Feed() override;
 
   /// To be called after each packet that the pipeline has processed.
@@ -61,7 +76,7 @@ class Feed : public ProductSink {
   void on_command(const OperatorCommand& command) override;
 
  private:
-  Feed(const config::Rig& rig, Outputs& outputs, double points_per_s, std::unique_ptr<FeedThread> thread);
+  Feed(const config::Rig& rig, Outputs& outputs, const Config& config, std::unique_ptr<FeedThread> thread);
   void tell(FeedEvent event);
   void observe(const Pipeline& pipeline);
   bool hand_over();
@@ -69,7 +84,7 @@ class Feed : public ProductSink {
 
   Outputs& outputs_;
   const std::vector<std::string> names_;  // by SensorId
-  const double points_per_s_;
+  const double points_per_s_, begin_s_;
   std::unique_ptr<FeedNews> news_;  // what the feed's thread has not got yet
   std::unique_ptr<FeedThread> thread_;
   std::chrono::steady_clock::time_point observed_{}, handed_over_{}, mapped_{};

@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "core/calendar.hpp"
@@ -41,6 +43,26 @@ std::size_t depth_of(const std::string& topic) {
 
 std::string text(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
+/// Reads the note of the command `pace`: a speed, and behind a space the word `paused`.
+std::optional<Pace> pace_of(std::string_view note) {
+  constexpr double kMostSpeed = 1000;
+  Pace out;
+  const auto [end, failed] = std::from_chars(note.data(), note.data() + note.size(), out.speed);
+  const std::string_view rest = note.substr(static_cast<std::size_t>(end - note.data()));
+  out.is_paused = rest == " paused";
+  if (failed != std::errc() || !(out.speed >= 0 && out.speed <= kMostSpeed) || !(rest.empty() || out.is_paused))
+    return {};
+  return out;
+}
+
+ordered_json json_of(const ReplayState& replay) {
+  return {{"speed", replay.pace.speed},
+          {"paused", replay.pace.is_paused},
+          {"from_s", replay.from_s},
+          {"position_s", replay.position_s},
+          {"duration_s", replay.duration_s ? ordered_json(*replay.duration_s) : ordered_json()}};
+}
+
 std::int64_t unix_now() {
   return std::chrono::duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -65,7 +87,15 @@ Status FeedThread::start(const std::filesystem::path& socket) {
           if (Status checked = check_note(note); !checked.ok()) return checked;
           return config_.on_command({kind, note});
         }
-        return Error{ErrorCode::Invalid, "the feed takes the commands mark and stop only"};
+        if (word == "pace" && config_.on_pace) {
+          const auto pace = pace_of(note);
+          if (!pace)
+            return Error{ErrorCode::Invalid, "pace needs a speed of 0 to 1000, and after it the word paused if it is"};
+          config_.on_pace(*pace);
+          return {};
+        }
+        return Error{ErrorCode::Invalid, config_.on_pace ? "a replay takes the commands stop and pace only"
+                                                         : "the feed takes the commands mark and stop only"};
       },
       [this](std::size_t channel) { return beginning_of(channel); });
   if (!server.ok()) return server.error();
@@ -208,7 +238,8 @@ void FeedThread::take_map(const FeedNews& news) {
   map_.insert(map_.end(), news.map.begin(), news.map.end());
   if (!origin_ || !server_->is_wanted(map_channel_)) return;
   const std::size_t first = map_.size() - std::min(map_.size(), std::min(news.map.size(), kMostMapRows));
-  publish(map_channel_, map_json(*origin_, {map_.begin() + static_cast<std::ptrdiff_t>(first), map_.end()}, first, 1));
+  publish(map_channel_, map_json(*origin_, {map_.begin() + static_cast<std::ptrdiff_t>(first), map_.end()},
+                                 begin_second() + first, 1));
 }
 
 void FeedThread::publish_state() {
@@ -216,6 +247,7 @@ void FeedThread::publish_state() {
   std::optional<LiveState> live;
   if (config_.live) live = config_.live();
   auto json = status_.status(*state_, live, drivers::host_now());
+  if (config_.replay) json["replay"] = json_of(config_.replay());
   json["listeners_lost"] = server_->lost();
   publish(status_channel_, json);
 }
@@ -228,8 +260,8 @@ std::vector<std::string> FeedThread::beginning_of(std::size_t channel) const {
   if (channel == events_channel_) return {last_events_.begin(), last_events_.end()};
   if (channel == map_channel_ && origin_ && !map_.empty()) {
     const std::size_t step = (map_.size() + kMostMapRows - 1) / kMostMapRows;
-    return {
-        feed::message_frame(static_cast<std::uint32_t>(channel), unix_now(), text(map_json(*origin_, map_, 0, step)))};
+    return {feed::message_frame(static_cast<std::uint32_t>(channel), unix_now(),
+                                text(map_json(*origin_, map_, begin_second(), step)))};
   }
   return {};
 }

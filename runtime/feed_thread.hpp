@@ -68,6 +68,8 @@ class FeedThread {
   void publish_state();
   void publish(std::size_t channel, const nlohmann::ordered_json& json);
   std::vector<std::string> beginning_of(std::size_t channel) const;
+  /// Number of the drive's second with which the map begins.
+  std::size_t begin_second() const { return static_cast<std::size_t>(config_.begin_s); }
 
   const config::Rig rig_;
   const Feed::Config config_;

@@ -1,11 +1,15 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "apps/capture/expectation.hpp"
 #include "apps/capture/trajectory_options.hpp"
@@ -20,6 +24,7 @@
 #include "runtime/pacer.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
+#include "storage/journal_part.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -28,6 +33,7 @@ struct Options {
   std::string recording, out, rig, expect, write_expect, junit;
   TrajectoryOptions trajectory;
   double speed = 0;
+  double from_s = 0;
   int threads = 2;
   bool has_no_feed = false;
 };
@@ -76,6 +82,54 @@ int judge(const Options& options, int status) {
   return kDone;
 }
 
+/// The part of the recording that is replayed, and how it is shown. The clocks of a part know nothing at its beginning,
+/// so it begins some time before the second that is wanted, and what lies between is done without waiting.
+/// Thread safety: state() and pacer().set() on any thread, the others on the replay's.
+class Part {
+ public:
+  static constexpr double kRunUp_s = 20;
+
+  Part(const Options& options, storage::JournalReader& journal)
+      : journal_(journal),
+        from_s_(options.from_s),
+        begin_s_(std::max(0.0, from_s_ - kRunUp_s)),
+        choice_(storage::JournalPart{begin_s_, {}, {}}),
+        pacer_(options.speed, from_seconds(from_s_ - begin_s_)) {}
+
+  /// Returns whether the packet belongs to the part.
+  bool take(const Packet& packet) {
+    const bool is_kept = choice_.judge(packet) == storage::PartChoice::Fate::Keep;
+    if (!std::exchange(has_begun_, true)) {
+      if (const auto newest = journal_.newest())
+        duration_s_ = to_seconds(std::max(*newest - choice_.begin(), nanoseconds(0)));
+      if (begin_s_ > 0) journal_.skip_before(choice_.begin() + from_seconds(begin_s_));
+    }
+    position_s_ = to_seconds(choice_.newest());
+    return is_kept;
+  }
+  Packet of_part(Packet packet) const {
+    if (begin_s_ > 0) packet.sequence = choice_.sequence_of(packet);
+    return packet;
+  }
+  double begin_s() const { return begin_s_; }
+  runtime::Pacer& pacer() { return pacer_; }
+  runtime::ReplayState state() const {
+    const double duration_s = duration_s_;
+    return {pacer_.pace(), from_s_, position_s_,
+            duration_s > 0 ? std::optional<double>(duration_s) : std::optional<double>()};
+  }
+  /// Whether the recording has ended before the part.
+  bool is_empty() const { return from_s_ > 0 && to_seconds(choice_.newest()) < from_s_; }
+
+ private:
+  storage::JournalReader& journal_;
+  const double from_s_, begin_s_;
+  storage::PartChoice choice_;
+  runtime::Pacer pacer_;
+  bool has_begun_ = false;
+  std::atomic<double> position_s_{0}, duration_s_{0};
+};
+
 int replay(const Options& options) {
   StopSignals signals;
   auto recording = runtime::Recording::open(options.recording, options.rig);
@@ -96,6 +150,7 @@ int replay(const Options& options) {
     return outputs.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
   }
   runtime::Outputs& sink = **outputs;
+  Part part(options, *recording->journal);
   std::unique_ptr<runtime::Feed> live;
   if (!options.has_no_feed) {
     const std::filesystem::path folder = options.out;
@@ -107,7 +162,10 @@ int replay(const Options& options) {
          .on_command = [](const DriveCommand& command) -> Status {
            if (command.kind == DriveCommand::Kind::Stop) return ::kill(::getpid(), SIGTERM), Status();
            return Error{ErrorCode::Unsupported, "a replay takes no marks: they belong to the drive's own recording"};
-         }});
+         },
+         .replay = [&part] { return part.state(); },
+         .on_pace = [&part](const runtime::Pace& pace) { part.pacer().set(pace); },
+         .begin_s = part.begin_s()});
     if (made.ok())
       live = std::move(*made);
     else
@@ -115,13 +173,15 @@ int replay(const Options& options) {
   }
   runtime::Pipeline pipeline(recording->rig, options.threads, live ? static_cast<runtime::ProductSink&>(*live) : sink,
                              trajectory);
-  runtime::Pacer pacer(options.speed);
   bool stopped = false;
-  const Status read = recording->for_each([&](const Packet& packet) {
-    pacer.take(packet);
+  const Status read = recording->for_each([&](const Packet& recorded) {
+    if (!part.take(recorded)) return !(stopped = signals.asked().stop_requested());
+    runtime::Pacer& pacer = part.pacer();
+    pacer.take(recorded);
     while (!stopped && !pacer.is_due()) stopped = signals.wait_for(pacer.wait());
     stopped = stopped || signals.asked().stop_requested();
     if (stopped) return false;
+    const Packet packet = part.of_part(recorded);
     sink.summary().on_packet(packet);
     pipeline.process(packet);
     if (live) live->note(packet, pipeline);
@@ -150,6 +210,11 @@ int replay(const Options& options) {
     log_warning("stopped before the recording's end: cloud, view and summary end early");
     return kStopped;
   }
+  if (part.is_empty()) {
+    log_error("--from {}: the recording has only {:.1f} s: give a smaller one", options.from_s,
+              part.state().position_s);
+    return kNothingCame;
+  }
   return judge(options, sink.summary().points() ? status_of_verdict(sink.summary()) : kNothingCame);
 }
 
@@ -164,6 +229,11 @@ void add_replay(Command& all) {
   command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json and report.html");
   command.setting("--speed", options->speed,
                   "1: as fast as it was driven; 0.5: half as fast; 0: as fast as this computer can", {0.0, 1000.0});
+  command.setting("--from", options->from_s,
+                  "s after the recording's first packet, as in the verdict and for `cut`: for looking at a drive from "
+                  "there. The products are those of the part, not those of the drive: of what `cut` copies from 20 s "
+                  "before, in which the clocks lock; these 20 s are not paced",
+                  {0, 1e9});
   command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
   command.flag("--no-feed", options->has_no_feed, "make no live feed (the socket `feed` in the folder of --out)");
   command.option("--rig", options->rig,

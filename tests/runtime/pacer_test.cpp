@@ -57,5 +57,36 @@ TEST(Pacer, DoesNotWaitForAWildStamp) {
   EXPECT_LE(pacer.wait(), std::chrono::milliseconds(200));
 }
 
+TEST(Pacer, WaitsWhilePausedAndGoesOnFromThere) {
+  Pacer pacer(1);
+  pacer.take(packet_at(1, seconds(100)));
+  EXPECT_TRUE(pacer.is_due());
+  pacer.set({1000, true});
+  pacer.take(packet_at(1, seconds(101)));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(pacer.wait(), std::chrono::milliseconds(200));
+  // The time in which it was paused is not made up for: only what follows is paced, from the packet that waited on.
+  pacer.set({1, false});
+  EXPECT_TRUE(pacer.is_due());
+  pacer.take(packet_at(1, seconds(102)));
+  EXPECT_FALSE(pacer.is_due());
+  pacer.set({0, false});
+  EXPECT_TRUE(pacer.is_due());
+}
+
+TEST(Pacer, NeitherWaitsNorPausesBeforeThePartThatIsShown) {
+  Pacer pacer(1, seconds(20));
+  pacer.set({1, true});
+  for (int second = 100; second < 120; ++second) {
+    pacer.take(packet_at(1, seconds(second)));
+    EXPECT_TRUE(pacer.is_due()) << second;
+  }
+  pacer.take(packet_at(1, seconds(120)));
+  EXPECT_FALSE(pacer.is_due());
+  pacer.set({1, false});
+  EXPECT_TRUE(pacer.is_due());
+  pacer.take(packet_at(1, seconds(121)));
+  EXPECT_FALSE(pacer.is_due());
+}
+
 }  // namespace
 }  // namespace hueline::runtime
