@@ -210,16 +210,29 @@ void Api::post(const Request& request, const Session& session, const Answered& a
                                      text_in(*body, "override"),
                                      static_cast<std::size_t>(std::clamp(number_in(*body, "checked", 0), 0.0, 1e3))));
   if (request.path == "/api/replay")
-    return answer_drive(drive_.replay(text_in(*body, "drive"), number_in(*body, "speed", 1)));
-  const bool is_stop = request.path == "/api/stop";
-  if (is_stop || request.path == "/api/mark") {
-    const auto done = [answered, is_stop](const std::string& error) {
-      answered(error.empty() ? json_answer(ordered_json::object(), is_stop ? 202 : 200) : refuse(409, error));
+    return answer_drive(
+        drive_.replay(text_in(*body, "drive"), number_in(*body, "speed", 1), number_in(*body, "from_s", 0)));
+  if (request.path == "/api/replay/seek")
+    return answer_status(drive_.seek(number_in(*body, "position_s", -1)), ordered_json::object());
+  const auto answer_command = [&](unsigned status, const auto& send) {
+    const auto done = [answered, status](const std::string& error) {
+      answered(error.empty() ? json_answer(ordered_json::object(), status) : refuse(409, error));
     };
-    const Status sent = is_stop ? drive_.stop(done) : drive_.mark(text_in(*body, "note"), done);
-    if (!sent.ok()) answered(refuse(status_of(sent.error()), sent.error().message));
-    return;
+    if (const Status sent = send(done); !sent.ok()) answered(refuse(status_of(sent.error()), sent.error().message));
+  };
+  if (request.path == "/api/replay/pace") {
+    const bool has_paused = body->contains("paused"), has_speed = body->contains("speed");
+    if ((has_paused && !(*body)["paused"].is_boolean()) || (has_speed && !(*body)["speed"].is_number()) ||
+        !(has_paused || has_speed))
+      return answered(refuse(400, "give paused (true or false), speed (a number), or both"));
+    return answer_command(200, [&](const auto& done) {
+      return drive_.pace(has_paused ? std::optional((*body)["paused"].get<bool>()) : std::nullopt,
+                         has_speed ? std::optional((*body)["speed"].get<double>()) : std::nullopt, done);
+    });
   }
+  if (request.path == "/api/stop") return answer_command(202, [&](const auto& done) { return drive_.stop(done); });
+  if (request.path == "/api/mark")
+    return answer_command(200, [&](const auto& done) { return drive_.mark(text_in(*body, "note"), done); });
   answered(refuse(404, "there is no such call"));
 }
 

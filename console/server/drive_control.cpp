@@ -20,6 +20,8 @@ using nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
+constexpr const char* kStatusTopic = "/hueline/status";
+constexpr double kMostSpeed = 1000, kLongestDrive_s = 1e6;
 constexpr auto kLookEvery = std::chrono::milliseconds(100);
 constexpr auto kSearchEvery = std::chrono::milliseconds(500);
 constexpr std::size_t kMostDrives = 5000;
@@ -92,6 +94,7 @@ fs::path DriveControl::work(const std::string& file) const { return places_.driv
 
 void DriveControl::look() {
   watch_programs();
+  if (next_ && !capture_.is_running() && !feed_) run_next_replay();
   if (!feed_ && Clock::now() - looked_ >= kSearchEvery) find_feed();
   changed();
   timer_.expires_after(kLookEvery);
@@ -141,10 +144,18 @@ bool DriveControl::try_feed(const fs::path& socket) {
             rig_ = json.value("rig", "");
             since_ = json.value("since", "");
             if (step_ != Step::Stopping) step_ = Step::Running;
+            if (is_replay_ && replay_.is_paused) (void)pace(true, {}, [](const std::string&) {});
             if (const std::string note = std::exchange(first_note_, {}); !note.empty() && !is_replay_)
               (void)mark(note, [](const std::string&) {});
             changed();
           }
+          if (frame.kind == feed::Kind::Channel && json.is_object() && json.value("topic", "") == kStatusTopic) {
+            status_channel_ = json.value("id", std::uint32_t{0});
+            feed_->send(feed::Kind::Subscribe, ordered_json{{"channels", {*status_channel_}}}.dump());
+          }
+          if (frame.kind == feed::Kind::Message)
+            if (const auto message = feed::read_message(frame.content); message && message->channel == status_channel_)
+              take_status(std::string(message->bytes));
           if (frame.kind == feed::Kind::Answer && json.is_object())
             if (const auto found = commands_.find(json.value("id", std::uint64_t{0})); found != commands_.end()) {
               const auto done = std::move(found->second);
@@ -155,8 +166,9 @@ bool DriveControl::try_feed(const fs::path& socket) {
         },
         [this] {
           feed_.reset();
+          status_channel_.reset();
           for (auto& [id, done] : std::exchange(commands_, {})) done("the drive has ended");
-          if (!capture_.is_running()) step_ = Step::Idle;
+          if (!capture_.is_running() && !next_) step_ = Step::Idle;
           changed();
         });
   };
@@ -164,10 +176,26 @@ bool DriveControl::try_feed(const fs::path& socket) {
   return true;
 }
 
+/// Takes the state of the drive, which comes ten times a second.
+void DriveControl::take_status(const std::string& text) {
+  const ordered_json status = ordered_json::parse(text, nullptr, false);
+  if (const ordered_json replay = value_at(status, {"replay"}); is_replay_ && !next_ && replay.is_object()) {
+    const auto number = [&](const char* key, double otherwise) {
+      return replay.contains(key) && replay[key].is_number() ? replay[key].get<double>() : otherwise;
+    };
+    replay_.speed = number("speed", replay_.speed);
+    replay_.from_s = number("from_s", replay_.from_s);
+    if (const double duration_s = number("duration_s", 0); duration_s > 0) replay_.duration_s = duration_s;
+    // A replay that begins paused has not heard of it yet.
+    if (commands_.empty()) replay_.is_paused = replay.value("paused", false);
+  }
+  changed();
+}
+
 /// Takes the end of a program: it becomes `last` of the state.
 void DriveControl::take_end(const char* what, Child& child, const fs::path& said) {
   const auto status = child.take_end();
-  if (!status) return;
+  if (!status || next_) return;
   last_ = {{"drive", drive_}, {"what", what}, {"exit_status", *status}, {"text", last_lines(said, 4000)}};
   step_ = Step::Idle;
   player_.ask_to_end();
@@ -227,7 +255,7 @@ const char* DriveControl::state_word() const {
     case Step::Starting:
       return "starting";
     case Step::Running:
-      return is_replay_ ? "replaying" : "driving";
+      return !is_replay_ ? "driving" : replay_.is_paused ? "paused" : "replaying";
     case Step::Stopping:
       return "stopping";
   }
@@ -243,6 +271,13 @@ ordered_json DriveControl::state_json() const {
           {"drive", known(drive_)},
           {"rig", known(rig_)},
           {"since", known(since_)},
+          {"replay",
+           is_there && is_replay_
+               ? ordered_json{{"speed", replay_.speed},
+                              {"paused", replay_.is_paused},
+                              {"from_s", next_ ? next_->from_s : replay_.from_s},
+                              {"duration_s", replay_.duration_s ? ordered_json(*replay_.duration_s) : ordered_json()}}
+               : ordered_json()},
           {"allow_simulate", !places_.scenarios.empty()},
           {"scenarios", yaml_files(places_.scenarios)},
           {"last", last_}};
@@ -396,31 +431,106 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
   return drive;
 }
 
-Result<std::string> DriveControl::replay(const std::string& drive, double speed) {
+Result<std::string> DriveControl::replay(const std::string& drive, double speed, double from_s) {
   if (is_busy())
     return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
-  const auto recording = file_of(drive, "drive.mcap");
-  if (!recording.ok()) return recording.error();
-  std::error_code ignored;
-  fs::remove_all(places_.drives / ".replay", ignored);  // the last replay: it can be made again
-  auto replay = Child::start({places_.hueline, "replay", *recording, "--out", places_.drives / ".replay" / drive,
-                              "--speed", fmt::format("{:.3f}", std::clamp(speed, 0.0, 1000.0))},
-                             work("capture.log"));
-  if (!replay.ok()) return replay.error();
-  capture_ = *replay;
-  is_replay_ = true;
-  scenario_.clear();
   drive_ = drive;
-  since_ = utc("%Y-%m-%dT%H:%M:%SZ");
-  step_ = Step::Starting;
+  const Replay wanted{std::clamp(speed, 0.0, kMostSpeed), std::clamp(from_s, 0.0, kLongestDrive_s), false, {}};
+  if (Status run = run_replay(wanted); !run.ok()) return run.error();
   last_ = nullptr;
   changed();
   return drive;
 }
 
+/// Starts the replay of drive_.
+Status DriveControl::run_replay(const Replay& wanted) {
+  const auto recording = file_of(drive_, "drive.mcap");
+  if (!recording.ok()) return recording.error();
+  std::error_code ignored;
+  fs::remove_all(places_.drives / ".replay", ignored);  // the last replay: it can be made again
+  auto replay =
+      Child::start({places_.hueline, "replay", *recording, "--out", places_.drives / ".replay" / drive_, "--speed",
+                    fmt::format("{:.3f}", wanted.speed), "--from", fmt::format("{:.3f}", wanted.from_s)},
+                   work("capture.log"));
+  if (!replay.ok()) return replay.error();
+  capture_ = *replay;
+  replay_ = wanted;
+  is_replay_ = true;
+  scenario_.clear();
+  since_ = utc("%Y-%m-%dT%H:%M:%SZ");
+  step_ = Step::Starting;
+  return {};
+}
+
+void DriveControl::run_next_replay() {
+  const Replay wanted = *std::exchange(next_, {});
+  if (Status run = run_replay(wanted); !run.ok()) {
+    last_ = {{"drive", drive_}, {"what", "replay"}, {"exit_status", 1}, {"text", run.error().message}};
+    step_ = Step::Idle;
+  }
+}
+
+Status DriveControl::pace(std::optional<bool> is_paused, std::optional<double> speed,
+                          std::function<void(const std::string& error)> done) {
+  if (!is_replay_ || step_ == Step::Idle || step_ == Step::Stopping)
+    return Error{ErrorCode::Unavailable, "no replay runs that could be paused or be given another speed"};
+  Replay wanted = next_ ? *next_ : replay_;
+  if (is_paused) wanted.is_paused = *is_paused;
+  if (speed) wanted.speed = std::clamp(*speed, 0.0, kMostSpeed);
+  if (next_) next_ = wanted;
+  replay_.is_paused = wanted.is_paused;
+  replay_.speed = wanted.speed;
+  // A replay that is about to begin is told when its feed is there.
+  if (next_ || !feed_) {
+    if (!next_ && speed)
+      return Error{ErrorCode::Unavailable, "the replay is starting: give it another speed when it runs"};
+    changed();
+    done({});
+    return {};
+  }
+  send_command(
+      {{"command", "pace"}, {"note", fmt::format("{:.3f}{}", wanted.speed, wanted.is_paused ? " paused" : "")}},
+      std::move(done));
+  changed();
+  return {};
+}
+
+Status DriveControl::seek(double position_s) {
+  if (!is_replay_ || step_ == Step::Idle || step_ == Step::Stopping)
+    return Error{ErrorCode::Unavailable, "no replay runs that could go on from another second: start one"};
+  if (!(position_s >= 0 && position_s <= kLongestDrive_s))
+    return Error{ErrorCode::Invalid, "position_s must be a second of the drive, 0 or more"};
+  const bool is_underway = next_.has_value();
+  if (!is_underway) next_ = replay_;
+  next_->from_s = position_s;
+  if (replay_.duration_s) next_->from_s = std::min(position_s, std::max(0.0, *replay_.duration_s - 1));
+  step_ = Step::Starting;
+  if (!is_underway) {
+    if (capture_.is_running())
+      capture_.ask_to_end();
+    else if (feed_)
+      send_command({{"command", "stop"}}, [](const std::string&) {});
+  }
+  changed();
+  return {};
+}
+
+/// Sends a command to the running drive; `done` gets its answer.
+void DriveControl::send_command(ordered_json command, std::function<void(const std::string& error)> done) {
+  command["id"] = next_command_;
+  commands_[next_command_++] = std::move(done);
+  feed_->send(feed::Kind::Command, command.dump());
+}
+
 Status DriveControl::stop(std::function<void(const std::string& error)> done) {
   if (step_ == Step::Idle) return Error{ErrorCode::Unavailable, "nothing runs that could be stopped"};
   const Step before = std::exchange(step_, Step::Stopping);
+  if (std::exchange(next_, {})) {  // the replay that was to begin does not; the one before is ending already
+    if (!feed_ && !capture_.is_running()) step_ = Step::Idle;
+    changed();
+    done({});
+    return {};
+  }
   if (before == Step::Stopping || !feed_) {
     if (before != Step::Stopping) capture_.ask_to_end();
     renderer_.ask_to_end();
@@ -428,15 +538,13 @@ Status DriveControl::stop(std::function<void(const std::string& error)> done) {
     done({});
     return {};
   }
-  const std::uint64_t id = next_command_++;
-  commands_[id] = [this, before, done = std::move(done)](const std::string& error) {
+  send_command({{"command", "stop"}}, [this, before, done = std::move(done)](const std::string& error) {
     // A drive whose feed has ended has stopped. One that refuses goes on, and may be asked again.
     if (error.empty() || !feed_) return done({});
     step_ = before;
     changed();
     done(error);
-  };
-  feed_->send(feed::Kind::Command, ordered_json{{"id", id}, {"command", "stop"}}.dump());
+  });
   changed();
   return {};
 }
@@ -446,9 +554,7 @@ Status DriveControl::mark(const std::string& note, std::function<void(const std:
   if (!feed_ || is_replay_) return Error{ErrorCode::Unavailable, "no drive is recorded that could be marked"};
   constexpr std::size_t kMostOpen = 100;
   if (commands_.size() >= kMostOpen) return Error{ErrorCode::Unavailable, "the drive does not answer: try again"};
-  const std::uint64_t id = next_command_++;
-  commands_[id] = std::move(done);
-  feed_->send(feed::Kind::Command, ordered_json{{"id", id}, {"command", "mark"}, {"note", note}}.dump());
+  send_command({{"command", "mark"}, {"note", note}}, std::move(done));
   return {};
 }
 

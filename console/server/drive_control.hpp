@@ -53,7 +53,15 @@ class DriveControl {
   /// not.
   Result<std::string> drive(const std::string& rig, const std::string& name, const std::string& scenario,
                             const std::string& override_reason, std::size_t checked);
-  Result<std::string> replay(const std::string& drive, double speed);
+  /// Replays a drive for looking at, from `from_s` after its first packet.
+  Result<std::string> replay(const std::string& drive, double speed, double from_s);
+  /// Pauses the running replay or lets it go on, and changes its speed; what is not given stays as it is. `done` gets
+  /// the answer of the replay: empty if it runs so.
+  Status pace(std::optional<bool> is_paused, std::optional<double> speed,
+              std::function<void(const std::string& error)> done);
+  /// Lets the running replay go on from another second of the drive, at the same speed, paused if it is. For this it
+  /// begins again.
+  Status seek(double position_s);
   /// `done` gets the answer of the running drive: empty if it ends.
   Status stop(std::function<void(const std::string& error)> done);
   /// `done` gets the answer of the running drive: empty if the mark is in the journal.
@@ -63,12 +71,22 @@ class DriveControl {
 
  private:
   enum class Step { Idle, Rendering, Starting, Running, Stopping };
+  /// How a replay runs.
+  struct Replay {
+    double speed = 1, from_s = 0;
+    bool is_paused = false;
+    std::optional<double> duration_s;
+  };
   void look();
   void watch_programs();
   void find_feed();
   bool try_feed(const std::filesystem::path& socket);
   void take_end(const char* what, Child& child, const std::filesystem::path& said);
   Status run_capture(const std::string& rig);
+  void take_status(const std::string& json);
+  Status run_replay(const Replay& wanted);
+  void run_next_replay();
+  void send_command(nlohmann::ordered_json command, std::function<void(const std::string& error)> done);
   void changed();
   std::filesystem::path work(const std::string& file) const;
   Result<std::string> rig_path(const std::string& rig) const;
@@ -82,7 +100,10 @@ class DriveControl {
   bool is_replay_ = false;
   std::string drive_, rig_, scenario_, since_;
   Child capture_, player_, renderer_, checker_;
+  Replay replay_;               // the running one
+  std::optional<Replay> next_;  // begins when the running one has ended
   std::filesystem::path feed_path_;
+  std::optional<std::uint32_t> status_channel_;
   std::shared_ptr<FeedLink> feed_;  // while a drive runs: for its hello and for commands
   std::chrono::steady_clock::time_point looked_{};
   nlohmann::ordered_json last_, check_;

@@ -135,7 +135,7 @@ export class Mock {
     this.#seconds = [];
     this.#troubles.clear();
     this.#holdover = null;
-    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected" });
+    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected", replay: null });
     for (const topic of ["/hueline/status", "/hueline/events", "/hueline/map"]) this.#addChannel(topic);
     this.#addChannel("/cloud", "foxglove.PointCloud");
     this.#addChannel("/pose", "foxglove.PoseInFrame");
@@ -144,16 +144,43 @@ export class Mock {
     this.#event("health", "ok", "drive", "all is well: every sensor is there, and points are placed");
     this.#send("/hueline/console", this.state);
   }
-  end(exit_status = 0, text = "good") {
-    const { drive } = this.state;
-    this.drives.unshift({ name: drive, begin: this.state.since, duration_s: this.drive_s, path_m: 8 * this.drive_s, points: 1e6, coloured_share: 0.97, grade: "good", bytes: 2e9, running: false });
+  /// As when a replay has begun, from a second of the drive.
+  beginReplay(drive, { speed = 1, paused = false, from_s = 0 } = {}) {
+    const duration_s = this.drives.find((one) => one.name === drive)?.duration_s ?? null;
+    this.begin(drive);
+    this.drive_s = from_s;
+    this.speed = speed;
+    Object.assign(this.state, { state: paused ? "paused" : "replaying", replay: { speed, paused, from_s, duration_s } });
+    this.#send("/hueline/console", this.state);
+  }
+  /// What POST /api/replay/pace and /api/replay/seek do.
+  #pace({ paused = this.state.replay.paused, speed = this.state.replay.speed }) {
+    Object.assign(this.state.replay, { paused, speed });
+    this.state.state = paused ? "paused" : "replaying";
+    this.speed = speed;
+    this.#send("/hueline/console", this.state);
+  }
+  #seek(position_s) {
+    const { drive, replay } = this.state;
+    const next = { ...replay, from_s: position_s };
+    this.#dropChannels();
+    Object.assign(this.state, { state: "starting", replay: next });
+    this.#send("/hueline/console", this.state);
+    setTimeout(() => this.beginReplay(drive, next), 3000); // longer than data may be old
+  }
+  #dropChannels() {
     for (const [topic, id] of this.#channels)
       if (topic !== "/hueline/console") {
         this.#foxglove.removeChannel(id);
         this.#channels.delete(topic);
         this.#subscribed.delete(id);
       }
-    Object.assign(this.state, { state: "idle", drive: null, rig: null, since: null, feed: "none", last: { drive, exit_status, text } });
+  }
+  end(exit_status = 0, text = "good") {
+    const { drive, replay } = this.state;
+    if (!replay) this.drives.unshift({ name: drive, begin: this.state.since, duration_s: this.drive_s, path_m: 8 * this.drive_s, points: 1e6, coloured_share: 0.97, grade: "good", bytes: 2e9, running: false });
+    this.#dropChannels();
+    Object.assign(this.state, { state: "idle", replay: null, drive: null, rig: null, since: null, feed: "none", last: { drive, exit_status, text } });
     this.#send("/hueline/console", this.state);
   }
 
@@ -212,7 +239,7 @@ export class Mock {
     const all = [...this.#troubles.values()].flat();
     const t = this.drive_s;
     return {
-      mode: "capture", rig: this.state.rig, drive: this.state.drive, since: this.state.since, drive_s: t, gps: new Date().toISOString(),
+      mode: this.state.replay ? "replay" : "capture", ...(this.state.replay && { replay: { ...this.state.replay, position_s: t } }), rig: this.state.rig, drive: this.state.drive, since: this.state.since, drive_s: t, gps: new Date().toISOString(),
       level: this.#level(all), simulated: this.isSimulated,
       sensors: kSensors.map((sensor) => {
         const troubles = this.#troubles.get(sensor.name) ?? [];
@@ -235,10 +262,11 @@ export class Mock {
     };
   }
   #sendStatus() {
-    if (this.state.state === "driving" || this.state.state === "stopping") this.#send("/hueline/status", this.#status());
+    if (["driving", "replaying", "paused", "stopping"].includes(this.state.state)) this.#send("/hueline/status", this.#status());
   }
   #tick() {
-    if (this.state.state !== "driving") return;
+    if (this.state.state === "paused" && !this.isFrozen) this.#sendStatus(); // a paused replay still says where it is
+    if (this.state.state !== "driving" && this.state.state !== "replaying") return;
     const before = Math.floor(this.drive_s);
     this.drive_s += 0.1 * this.speed;
     const t = this.drive_s, at = vehicleAt(t);
@@ -321,8 +349,17 @@ export class Mock {
         return say(200, {});
       case "GET drives": return say(200, { drives: this.drives });
       case "POST replay":
-        this.begin(body.drive);
+        if (this.state.state !== "idle") return deny(409, "A drive is running already.");
+        this.beginReplay(body.drive, body);
         return say(202, { drive: body.drive });
+      case "POST replay/pace":
+        if (!this.state.replay) return deny(409, "no replay runs that could be paused or be given another speed");
+        this.#pace(body);
+        return say(200, {});
+      case "POST replay/seek":
+        if (!this.state.replay) return deny(409, "no replay runs that could go on from another second: start one");
+        this.#seek(body.position_s);
+        return say(202, {});
     }
     return deny(404, `There is no ${call}.`);
   }

@@ -283,6 +283,52 @@ test("other drives have their verdicts, and one can be replayed", async () => {
   assert.deepEqual(posts("replay")[0].body, { drive: "2026-11-18_1100", speed: 5 });
 });
 
+test("a replay has a time line: it is paused without an alarm, goes on elsewhere, and gets another speed", async () => {
+  await open("drives");
+  mock.beginReplay("2026-11-18_1100"); // 640 s
+  for (const view of ["drive", "cloud", "map"]) {
+    await page.goto(`${url}/#${view}`);
+    await page.waitForSelector(".time-line input[type=range]");
+  }
+  const line = page.locator(".time-line"), slider = line.locator("input");
+  assert.equal(await slider.getAttribute("max"), "640");
+  await page.waitForFunction(() => Number(document.querySelector(".time-line input").value) >= 2, undefined, { timeout: 10000 });
+
+  await line.getByRole("button", { name: "Pause" }).click();
+  await see("replay, paused");
+  assert.deepEqual(posts("replay/pace").map((one) => one.body), [{ paused: true }]);
+  const at = await slider.inputValue();
+  await page.waitForTimeout(3500); // longer than data may be old
+  assert.equal(await slider.inputValue(), at, "a paused replay stands");
+  assert.equal(await page.locator(".bar .link.lost, .alarms li, .drive-view.old").count(), 0, "a paused replay is no lost link");
+
+  // By keys: two steps, one jump.
+  await slider.focus();
+  await page.keyboard.press("End");
+  await page.keyboard.press("ArrowLeft");
+  await see("Going to 10:39");
+  await page.waitForFunction(() => document.querySelector(".time-line .value").textContent === "10:39 of 10:40", undefined, { timeout: 10000 });
+  assert.deepEqual(posts("replay/seek").map((one) => one.body), [{ position_s: 639 }]);
+  assert.equal(await slider.getAttribute("aria-valuetext"), "10:39 of 10:40");
+  await see("replay, paused");
+  assert.equal(await page.locator(".bar .link.lost, .alarms li").count(), 0, "neither is one that goes on elsewhere");
+
+  await line.getByRole("button", { name: "Go on" }).click();
+  await line.getByLabel("Speed").selectOption("10");
+  assert.deepEqual(posts("replay/pace").slice(1).map((one) => one.body), [{ paused: false }, { speed: 10 }]);
+  await page.waitForFunction(() => /^10:5|^11:/.test(document.querySelector(".time-line .value").textContent), undefined, { timeout: 10000 });
+  // What stops is still told.
+  mock.isFrozen = true;
+  await page.waitForSelector(".bar .link.lost");
+});
+
+test("a viewer sees where a replay is, and cannot move it", async () => {
+  mock.beginReplay("2026-11-18_1100");
+  await open("map", { name: "victor", password: "another word" });
+  await page.waitForSelector(".time-line input:disabled");
+  assert.equal(await page.locator(".time-line button, .time-line select").count(), 0);
+});
+
 test("the whole page in Chinese, with what to do in Chinese too", async () => {
   await open("start", { locale: "zh-CN" });
   await see("就绪");
@@ -313,7 +359,7 @@ for (const size of Object.keys(kSizes))
     await open("start", { size });
     await page.waitForSelector(".answer.ready");
     for (const view of views) {
-      if (view === "drive") mock.begin();
+      if (view === "drive") mock.beginReplay("2026-11-18_1100"); // with its time line
       await page.goto(`${url}/#${view}`);
       await page.waitForTimeout(300);
       const small = await page.evaluate(() =>
@@ -353,4 +399,9 @@ for (const colorScheme of ["light", "dark"])
     await page.locator(".sensor.alarm .line").click();
     await page.locator(".actions .mark").click();
     await check("mark");
+    await page.keyboard.press("Escape");
+    mock.end();
+    mock.beginReplay("2026-11-18_1100");
+    await page.waitForSelector(".time-line");
+    await check("replay");
   });

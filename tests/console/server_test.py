@@ -30,6 +30,7 @@ shutil.copytree(source + "/config/rigs", work + "/rigs")
 os.makedirs(work + "/scenarios")
 short = open(source + "/tests/scenarios/short.yaml").read()
 open(work + "/scenarios/short.yaml", "w").write(re.sub("(?m)^duration_s: .*", "duration_s: 25", short))  # the console restarts meanwhile
+open(work + "/scenarios/long.yaml", "w").write(re.sub("(?m)^duration_s: .*", "duration_s: 45", short))
 environment = dict(os.environ, XDG_CONFIG_HOME=work + "/config")
 
 
@@ -310,6 +311,93 @@ try:
     server.until("replaying", 30)
     assert server.ask("POST", "/api/stop", {})[0] == 202
     server.until("idle", 30)
+
+    # It is paused, goes on faster, and goes on elsewhere.
+    assert server.ask("POST", "/api/start", {"rig": "street", "simulate": "long", "name": "long"})[0] == 202
+    server.until("driving", 90)
+    server.until("idle", 120)
+    subprocess.run([hueline, "cut", work + "/drives/long", "--from", "15", "--out", work + "/part.mcap"], check=True, stdout=subprocess.DEVNULL)
+    for words in (["part.mcap", "--out", work + "/of-cut"], ["drives/long", "--from", "35", "--out", work + "/of-replay"]):
+        subprocess.run([hueline, "replay", work + "/" + words[0], *words[1:], "--no-feed"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for file in ("cloud.las", "view.mcap"):
+        assert open(f"{work}/of-cut/{file}", "rb").read() == open(f"{work}/of-replay/{file}", "rb").read(), file
+    assert os.path.getsize(work + "/of-cut/cloud.las") > 1e5
+    beyond = subprocess.run([hueline, "replay", work + "/drives/long", "--from", "3000", "--out", work + "/beyond", "--no-feed"], text=True, capture_output=True)
+    assert beyond.returncode == 5 and "give a smaller one" in beyond.stderr, beyond
+
+    for call, body in (("pace", {"paused": True}), ("seek", {"position_s": 3})):
+        assert server.ask("POST", "/api/replay/" + call, body)[0] == 409, call
+    assert server.ask("POST", "/api/replay", {"drive": "long", "speed": 1})[0] == 202
+    server.until("replaying", 30)
+    watcher = WebSocket(server.port, Cookie=server.cookie)
+    watcher.until(lambda: "/hueline/status" in watcher.topics)
+    watcher.subscribe("/hueline/status")
+
+    def newest():
+        watcher.messages.pop("/hueline/status", None)
+        watcher.until(lambda: watcher.messages.get("/hueline/status"))
+        return watcher.messages["/hueline/status"][-1]
+
+    def reach(position_s, seconds=30):
+        end = time.time() + seconds
+        while newest()["replay"]["position_s"] < position_s:
+            assert time.time() < end, newest()["replay"]
+
+    reach(2)
+    for wrong in ({}, {"paused": "yes"}, {"speed": "fast"}):
+        assert server.ask("POST", "/api/replay/pace", wrong)[0] == 400, wrong
+    assert server.ask("POST", "/api/replay/seek", {})[0] == 400
+    assert server.ask("POST", "/api/replay/pace", {"paused": True})[0] == 200
+    state = server.until("paused", 5)
+    assert state["replay"]["speed"] == 1 and 40 < state["replay"]["duration_s"] < 80, state
+    time.sleep(0.5)
+    before = newest()["replay"]
+    time.sleep(1.5)
+    after = newest()["replay"]
+    assert before["paused"] and after["position_s"] == before["position_s"], (before, after)
+    assert server.ask("POST", "/api/replay/pace", {"paused": False, "speed": 4})[0] == 200
+    server.until("replaying", 5)
+    began = time.time()
+    reach(before["position_s"] + 6)
+    assert 1 < time.time() - began < 4, time.time() - began
+    # Elsewhere, with a time before it in which the clocks lock, and without what lies before that.
+    began = time.time()
+    watcher.topics.clear()
+    assert server.ask("POST", "/api/replay/seek", {"position_s": 35})[0] == 202
+    assert server.ask("GET", "/api/state")[1]["state"] == "starting"
+    state = server.until("replaying", 30)
+    assert state["drive"] == "long" and state["replay"]["from_s"] == 35 and state["replay"]["speed"] == 4, state
+    watcher.until(lambda: "/hueline/status" in watcher.topics and "/cloud" in watcher.topics, 30)
+    watcher.messages.clear()
+    watcher.subscribe("/hueline/status", "/cloud", "/hueline/map")
+    watcher.until(lambda: watcher.messages.get("/cloud") and watcher.messages.get("/hueline/map"), 30)
+    reach(36)
+    now = newest()
+    assert now["clocks"][0]["state"] == "Locked" and now["points"] > 1000 and now["drive_s"] > 30, now
+    assert watcher.messages["/hueline/map"][0]["first_s"] >= 15, watcher.messages["/hueline/map"][0]
+    print(f"another second after {time.time() - began:.1f} s")
+    # Paused it goes elsewhere too, and back.
+    assert server.ask("POST", "/api/replay/pace", {"paused": True})[0] == 200
+    assert server.ask("POST", "/api/replay/seek", {"position_s": 5})[0] == 202
+    state = server.until("paused", 30)
+    assert state["replay"]["from_s"] == 5, state
+    time.sleep(2)
+    watcher = WebSocket(server.port, Cookie=server.cookie)
+    watcher.until(lambda: "/hueline/status" in watcher.topics)
+    watcher.subscribe("/hueline/status")
+    assert 5 <= newest()["replay"]["position_s"] < 7, newest()["replay"]
+    # The console is killed; the next one finds the replay with its time line.
+    server.process.kill()
+    server.process.wait()
+    server = Console("--plain")
+    running.append(server)
+    assert server.log_in("anna", "correct horse")[0] == 200
+    state = server.until("paused", 5)
+    assert state["replay"]["from_s"] == 5 and state["replay"]["duration_s"] > 40, state
+    assert server.ask("POST", "/api/replay/seek", {"position_s": 20})[0] == 202
+    assert server.until("paused", 30)["replay"]["from_s"] == 20
+    assert server.ask("POST", "/api/stop", {})[0] == 202
+    assert server.until("idle", 30)["replay"] is None
 
     # Wrong passwords are limited, also for who knows the right one now.
     codes = [server.log_in("anna", f"wrong {i}")[0] for i in range(7)]

@@ -5,8 +5,9 @@ import { Alarms } from "./parts/alarms";
 import { Bar } from "./parts/bar";
 import { DriveActions, marking } from "./parts/drive_actions";
 import { reason } from "./parts/task";
+import { TimeLine } from "./parts/time_line";
 import { acknowledge, allowSound, unacknowledged } from "./state/alarms";
-import { consoleState, isDriving, mayOperate, session } from "./state/live";
+import { consoleState, isDriving, isReplaying, mayOperate, session } from "./state/live";
 import { resume } from "./state/session";
 import { theme } from "./state/settings";
 import { CloudView } from "./views/cloud";
@@ -56,7 +57,7 @@ effect(() => {
   before = state;
   if (was === undefined) return;
   const shown = view.peek();
-  if ((state === "driving" || state === "replaying") && (shown === "start" || shown === "stop" || shown === "drives")) go("drive");
+  if ((state === "driving" || isReplaying.peek()) && (shown === "start" || shown === "stop" || shown === "drives")) go("drive");
   if (state === "idle" && (was === "driving" || was === "stopping")) go("stop");
 });
 
@@ -130,7 +131,10 @@ export function App() {
         <h1 class="hidden">{t(`tab.${view.value}`)}</h1>
         <Shown />
       </main>
-      <DriveActions />
+      <div class="foot">
+        <TimeLine />
+        <DriveActions />
+      </div>
     </div>
   );
 }

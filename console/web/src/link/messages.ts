@@ -65,6 +65,7 @@ export interface Status {
   mode: string; // capture or replay
   rig: string;
   drive: string;
+  since?: string; // when the program began
   drive_s: number;
   gps: string | null;
   level: Level;
@@ -80,6 +81,7 @@ export interface Status {
   exposures: number;
   path_m: number | null;
   marks?: Mark[];
+  replay?: { speed: number; paused: boolean; from_s: number; position_s: number; duration_s: number | null };
 }
 
 export interface DriveEvent {
@@ -102,12 +104,13 @@ export interface MapPart {
 }
 
 export interface ConsoleState {
-  state: "idle" | "checking" | "starting" | "driving" | "replaying" | "stopping";
+  state: "idle" | "checking" | "starting" | "driving" | "replaying" | "paused" | "stopping";
   drive: string | null;
   rig: string | null;
   since: string | null;
   allow_simulate: boolean;
   scenarios: string[];
+  replay?: { speed: number; paused: boolean; from_s: number; duration_s: number | null } | null; // while one runs
   last: { drive: string; what?: string; exit_status: number; text: string } | null; // what: capture, replay or simulate
   feed?: "connected" | "none" | "lost";
 }

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import { canSound, overall } from "../state/alarms";
-import { consoleState, isDriving, leftOut, linked, oldBy, session, status } from "../state/live";
+import { consoleState, isDriving, isReplaying, leftOut, linked, oldBy, session, status } from "../state/live";
 import { logout } from "../state/session";
 import { language, sound, theme } from "../state/settings";
 import { formatDriveTime, formatTime, t } from "../words/words";
@@ -31,8 +31,8 @@ function What() {
   return (
     <span class="what">
       <b>{now?.drive ?? consoleState.value?.drive}</b>{" "}
-      {state === "driving" || state === "replaying" ? "" : t(state === "starting" ? "bar.starting" : "bar.stopping")}
-      {now?.mode === "replay" && <em>{t("bar.replay")}</em>}
+      {state === "driving" || isReplaying.value ? "" : t(state === "starting" ? "bar.starting" : "bar.stopping")}
+      {now?.mode === "replay" && <em>{t(state === "paused" ? "bar.paused" : "bar.replay")}</em>}
       {now?.simulated && <em>{t("bar.simulated")}</em>} <time class="clock">{formatDriveTime(now?.drive_s)}</time>
     </span>
   );

@@ -22,9 +22,14 @@ const kMostEvents = 2000;
 const kMostSeconds = 40000; // of the map; then every second one is dropped
 const kMostProblems = 20;
 
+/// Whether a replay is shown, running or paused.
+export const isReplaying = computed(() => {
+  const state = consoleState.value?.state;
+  return state === "replaying" || state === "paused";
+});
 export const isDriving = computed(() => {
   const state = consoleState.value?.state;
-  return state === "driving" || state === "starting" || state === "stopping" || state === "replaying";
+  return state === "driving" || state === "starting" || state === "stopping" || isReplaying.value;
 });
 export const mayOperate = computed(() => session.value?.role === "operator");
 
@@ -78,8 +83,15 @@ function takeClocks(next: Status): void {
   }
 }
 
+/// What tells one run of a drive or of a replay from the next; a replay that goes on elsewhere is another one.
+export const run = signal("");
+const runOf = (one: Status): string => `${one.drive} ${one.since ?? ""}`;
+
 function takeStatus(next: Status): void {
   if (status.value && status.value.drive !== next.drive) forgetDrive();
+  const isOther = run.value !== "" && run.value !== runOf(next);
+  if (isOther) clockSamples.clear(); // the other topics begin again by themselves
+  run.value = runOf(next);
   status.value = next;
   lastStatusAt.value = performance.now();
   takeClocks(next);
@@ -133,7 +145,8 @@ export function begin(): void {
   };
   feed.want<ConsoleState>("/hueline/console", (state) => {
     consoleState.value = state;
-    if (state.state === "idle") status.value = null;
+    // While a replay begins again elsewhere, what came before is over.
+    if (state.state === "idle" || state.state === "starting") status.value = null;
   });
   feed.want<Status>("/hueline/status", takeStatus);
   feed.want<DriveEvent>("/hueline/events", takeEvent, () => (events.value = []));

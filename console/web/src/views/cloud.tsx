@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { CloudScene } from "../cloud/scene";
 import type { Mode } from "../cloud/shader";
 import { readPoints, type ExtraField, type PointCloudMessage } from "../link/point_message";
-import { feed, problems, status } from "../state/live";
+import { feed, problems, run } from "../state/live";
 import { theme } from "../state/settings";
 import { formatCount, t } from "../words/words";
 
@@ -40,7 +40,7 @@ async function beginCloud(): Promise<void> {
     hasNoWebGl.value = true;
     return;
   }
-  let drive: string | undefined;
+  let shown = "";
   feed.want<PointCloudMessage>("/cloud", (message) => {
     const points = readPoints(message);
     if (points.has.size !== fields.value.size) fields.value = points.has;
@@ -51,13 +51,13 @@ async function beginCloud(): Promise<void> {
     if (pose?.position && pose.orientation) made.pose(pose.position, pose.orientation);
   });
   effect(() => {
-    const now = status.value?.drive;
-    if (now === undefined || now === drive) return;
-    if (drive !== undefined) {
+    const now = run.value; // a part of a drive has an origin of its own, so its points fit to no others
+    if (now === shown) return;
+    if (shown !== "") {
       made.clear();
       shownPoints.value = 0;
     }
-    drive = now;
+    shown = now;
   });
   effect(() => void (made.mode = mode.value));
   effect(() => void (made.follows = follows.value));

@@ -2,12 +2,11 @@ import { useEffect, useState } from "preact/hooks";
 import { Lamp } from "../parts/lamp";
 import { gradeOf, lampOfGrade, Verdict } from "../parts/verdict";
 import { reason, useTask } from "../parts/task";
+import { speeds } from "../parts/time_line";
 import { get, post } from "../link/rest";
 import type { Drive } from "../link/messages";
 import { consoleState, isDriving, mayOperate } from "../state/live";
 import { formatBytes, formatClock, formatLength, formatTime, t } from "../words/words";
-
-const speeds = [0.5, 1, 2, 5, 10];
 
 function Replay({ drive }: { drive: string }) {
   const task = useTask();

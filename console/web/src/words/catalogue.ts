@@ -12,6 +12,7 @@ export const catalogue = {
   "bar.stopping": ["stopping", "正在停止"],
   "bar.checking": ["checking", "正在检查"],
   "bar.replay": ["replay", "回放"],
+  "bar.paused": ["replay, paused", "回放已暂停"],
   "bar.simulated": ["simulated", "模拟"],
   "bar.slow": ["slow connection: some messages are left out", "连接较慢：部分消息被省略"],
   "bar.theme.night": ["Night colours", "夜间配色"],
@@ -274,6 +275,16 @@ export const catalogue = {
   "drives.replay": ["Replay", "回放"],
   "drives.speed": ["Speed", "速度"],
   "drives.back": ["All drives", "全部任务"],
+
+  // the time line of a replay
+  "replay.label": ["Time line of the replay", "回放时间轴"],
+  "replay.pause": ["Pause", "暂停"],
+  "replay.go": ["Go on", "继续"],
+  "replay.position": ["Time of the drive", "采集时间"],
+  "replay.of": ["{position} of {duration}", "{position} / {duration}"],
+  "replay.seeking": ["Going to {position} …", "正在跳转到 {position} …"],
+  "replay.speed": ["Speed", "速度"],
+  "replay.fastest": ["as fast as possible", "最快"],
 
   // alarms
   "alarms.label": ["Warnings and alarms", "警告与报警"],
