@@ -98,7 +98,8 @@ class Part {
 
   /// Returns whether the packet belongs to the part.
   bool take(const Packet& packet) {
-    const bool is_kept = choice_.judge(packet) == storage::PartChoice::Fate::Keep;
+    // The whole recording is replayed as it is, ledgers of an older order of packets too.
+    const bool is_kept = choice_.judge(packet) == storage::PartChoice::Fate::Keep || begin_s_ <= 0;
     if (!std::exchange(has_begun_, true)) {
       if (const auto newest = journal_.newest())
         duration_s_ = to_seconds(std::max(*newest - choice_.begin(), nanoseconds(0)));

@@ -46,7 +46,7 @@ export function TimeLine() {
     <section class="time-line" aria-label={t("replay.label")}>
       {mayOperate.value && (
         <button type="button" class="pause" disabled={pacing.busy || !isReplaying.value} onClick={() => pacing.run(() => post("replay/pace", { paused: !isPaused }))}>
-          {isPaused ? `▶ ${t("replay.go")}` : `⏸ ${t("replay.pause")}`}
+          {isPaused ? `▶ ${t("replay.go")}` : `❚❚ ${t("replay.pause")}`}
         </button>
       )}
       <input

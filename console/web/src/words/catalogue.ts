@@ -73,7 +73,7 @@ export const catalogue = {
   "start.title": ["May I start?", "可以开始吗？"],
   "start.ready": ["READY", "就绪"],
   "start.not_ready": ["NOT READY", "未就绪"],
-  "start.by_hand": ["LOOK AT THE CHECKLIST", "请完成检查表"],
+  "start.by_hand": ["CHECKLIST", "检查表"],
   "start.checklist": ["Checklist: look at each, then tick it", "检查表：逐项检查并勾选"],
   "start.light": ["Test exposure: pixels from dark to bright", "测试曝光：像素由暗到亮"],
   "start.light_of": ["median {median} of 255, {dark} % dark, {saturated} % saturated", "中位值 {median}/255，{dark}% 过暗，{saturated}% 饱和"],
