@@ -281,7 +281,7 @@ export const catalogue = {
   "replay.pause": ["Pause", "暂停"],
   "replay.go": ["Go on", "继续"],
   "replay.position": ["Time of the drive", "采集时间"],
-  "replay.of": ["{position} of {duration}", "{position} / {duration}"],
+  "replay.of": ["{position} of {duration}", "{position}，共 {duration}"],
   "replay.seeking": ["Going to {position} …", "正在跳转到 {position} …"],
   "replay.speed": ["Speed", "速度"],
   "replay.fastest": ["as fast as possible", "最快"],
