@@ -7,24 +7,12 @@
 #include <vector>
 
 #include "core/angle.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::config {
 namespace {
 
 constexpr double kPanel = 480, kMargin = 30, kGap = 16, kAxis_px = 42;
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 /// A sensor, lens or head with its axes, in the frame that is drawn.
 struct Drawn {
@@ -64,7 +52,7 @@ class Panel {
     const Eigen::Vector2d at = place(thing.p);
     out_ += fmt::format(
         "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"3.5\"/><text x=\"{2:.1f}\" y=\"{3:.1f}\" class=\"mark\">{4}</text>",
-        at.x(), at.y(), at.x() - 14, at.y() + 16, escaped(thing.mark));
+        at.x(), at.y(), at.x() - 14, at.y() + 16, as_markup(thing.mark));
   }
   void line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const char* kind) {
     const Eigen::Vector2d a = place(from), b = place(to);
@@ -204,7 +192,7 @@ std::string page_head(const std::string& title, double width, double height) {
       "width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
       "<text x=\"{2}\" y=\"34\" class=\"head\">{3}</text><text x=\"{4:.0f}\" y=\"34\" text-anchor=\"end\" "
       "class=\"title\">axes: x red, y green, z blue; dashed: lever arms</text>",
-      width, height, kMargin, escaped(title), width - kMargin);
+      width, height, kMargin, as_markup(title), width - kMargin);
 }
 
 }  // namespace
@@ -222,7 +210,7 @@ std::string rig_svg(const Rig& rig) {
   for (const std::string& row : drawing.rows) {
     if (!row.empty())
       body += fmt::format("<text x=\"{}\" y=\"{:.0f}\" class=\"row\" xml:space=\"preserve\">{}</text>", kMargin, y,
-                          escaped(row));
+                          as_markup(row));
     y += 17;
   }
   return page_head(rig.name, 2 * kMargin + 2 * kPanel + kGap, y + 10) + body + "</svg>\n";

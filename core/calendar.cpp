@@ -55,6 +55,11 @@ GpsWeekTime to_gps_week(GpsTime t) {
   return {static_cast<int>(week), nanoseconds(ns - week * week_ns)};
 }
 
+int day_of_year(const UtcTime& utc) {
+  return static_cast<int>(days_since_gps_epoch(utc.year, utc.month, utc.day) - days_since_gps_epoch(utc.year, 1, 1)) +
+         1;
+}
+
 seconds utc_offset_from_table(GpsTime t) {
   const auto gps_s = std::chrono::floor<seconds>(t.time_since_epoch()).count();
   int offset = 0;

@@ -29,6 +29,9 @@ struct UtcTime {
   bool operator==(const UtcTime&) const = default;
 };
 
+/// Returns 1 for 1 January.
+int day_of_year(const UtcTime& utc);
+
 /// Returns GPS time minus UTC in whole seconds at `t`, from the built-in table of leap seconds (IERS Bulletin C; last
 /// entry 2017-01-01: 18 s). An offset that a receiver reports has precedence; sync/ judges a difference between the
 /// two.

@@ -1,6 +1,7 @@
 #include "core/geodesy.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "core/portable_math.hpp"
 
@@ -12,6 +13,11 @@ constexpr double kB = kA * (1.0 - kF);      // semi-minor axis, m
 constexpr double kE2 = kF * (2.0 - kF);     // first eccentricity squared
 constexpr double kEp2 = kE2 / (1.0 - kE2);  // second eccentricity squared
 }  // namespace
+
+bool is_on_earth(const Geodetic& g) {
+  return std::abs(g.latitude) <= std::numbers::pi / 2 && std::abs(g.longitude) <= std::numbers::pi &&
+         std::abs(g.ellipsoidal_height) < 1e5;
+}
 
 Point<Ecef> to_ecef(const Geodetic& g) {
   const double s = portable::sin(g.latitude), c = portable::cos(g.latitude);

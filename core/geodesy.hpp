@@ -10,6 +10,10 @@ struct Geodetic {
   double latitude = 0, longitude = 0, ellipsoidal_height = 0;
 };
 
+/// Returns whether latitude and longitude are angles of a place, and the height is below 100 km: what a device sends
+/// before it knows its place often is not.
+bool is_on_earth(const Geodetic& g);
+
 /// Returns the ECEF position of a geodetic one.
 Point<Ecef> to_ecef(const Geodetic& g);
 /// Returns the geodetic position of an ECEF one, by Bowring's method with one refinement. The error is below 1e-9 m for

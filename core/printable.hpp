@@ -13,4 +13,7 @@ enum class LineEnds { Escape, Keep };
 /// characters, become \xNN, \n, \r, \t or \u{N}; everything else stays. A second call changes nothing more.
 std::string printable(std::string_view text, LineEnds line_ends = LineEnds::Escape);
 
+/// Writes out the signs that HTML and XML take for markup: & < > ".
+std::string as_markup(std::string_view text);
+
 }  // namespace hueline

@@ -51,6 +51,9 @@ struct Stamped {
 };
 
 constexpr double to_seconds(nanoseconds d) { return static_cast<double>(d.count()) * 1e-9; }
+constexpr double to_nanoseconds(nanoseconds d) { return static_cast<double>(d.count()); }
+/// Returns whether `low` <= d <= `high`.
+constexpr bool is_within(nanoseconds d, nanoseconds low, nanoseconds high) { return d >= low && d <= high; }
 /// Rounds to the nearest nanosecond; halves are rounded away from zero.
 constexpr nanoseconds from_seconds(double s) {
   return nanoseconds(static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)));

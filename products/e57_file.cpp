@@ -6,6 +6,8 @@
 #include <boost/crc.hpp>
 #include <initializer_list>
 
+#include "core/printable.hpp"
+
 namespace hueline::products {
 namespace {
 
@@ -28,24 +30,16 @@ void append_checksum(Bytes& page) {
   for (const int shift : {24, 16, 8, 0}) page.push_back(static_cast<std::byte>(sum >> shift));
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t') {
-      out += c;
-    }
-  }
-  return out;
+/// XML 1.0 has no control characters.
+std::string xml_text(const std::string& text) {
+  std::string kept;
+  std::copy_if(text.begin(), text.end(), std::back_inserter(kept),
+               [](char c) { return static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t'; });
+  return as_markup(kept);
 }
 
 std::string text_element(const char* name, const std::string& text) {
-  return fmt::format("<{0} type=\"String\">{1}</{0}>\n", name, escaped(text));
+  return fmt::format("<{0} type=\"String\">{1}</{0}>\n", name, xml_text(text));
 }
 
 std::string number_element(const std::string& name, double value) {

@@ -13,31 +13,12 @@
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
 #include "core/portable_math.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::runtime {
 namespace {
 
 constexpr double kWidth = 720, kHeight = 380, kBorder = 24;  // of the map, px
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
 
 struct Place {
   double x = 0, y = 0;
@@ -160,7 +141,7 @@ std::string map_svg(const config::Rig& rig, const Verdict& verdict, const Summar
 }
 
 void row(std::string& out, const char* what, const std::string& value, const std::string& wanted = {}) {
-  out += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", what, escaped(value), escaped(wanted));
+  out += fmt::format("<tr><th>{}</th><td>{}</td><td>{}</td></tr>\n", what, as_markup(value), as_markup(wanted));
 }
 
 std::string figures(const config::Rig& rig, const Summary& summary, const DriveMap& map) {
@@ -221,7 +202,7 @@ std::string marks_table(const Summary& summary) {
                        mark.place ? fmt::format(", {:.6f} {:.6f}", mark.place->latitude * kDegPerRad,
                                                 mark.place->longitude * kDegPerRad)
                                   : "",
-                       escaped(mark.command.note));
+                       as_markup(mark.command.note));
   }
   out += "</table>\n";
   if (summary.marks().size() > kListed)
@@ -260,7 +241,7 @@ std::string drive_report(const config::Rig& rig, const Verdict& verdict, const S
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\"><title>Drive of {0}: {1}</title>\n<style>{2}</style></head>\n<body>\n"
       "<h1>Drive of the rig {0}</h1>\n<p class=\"grade {3}\">{1}</p>\n",
-      escaped(rig.name), name(verdict.grade), kStyle, kClasses[static_cast<std::size_t>(verdict.grade)]);
+      as_markup(rig.name), name(verdict.grade), kStyle, kClasses[static_cast<std::size_t>(verdict.grade)]);
   out += map_svg(rig, verdict, summary, map);
   out += "<h2>What to drive again, and remarks</h2>\n";
   if (verdict.remarks.empty()) out += "<p>Nothing: nothing was missing while the vehicle moved.</p>\n";
@@ -274,8 +255,9 @@ std::string drive_report(const config::Rig& rig, const Verdict& verdict, const S
                          one.place ? fmt::format(", {:.6f} {:.6f}", one.place->latitude * kDegPerRad,
                                                  one.place->longitude * kDegPerRad)
                                    : "");
-    out += fmt::format("<li class=\"{}\"><b>{}{}</b>: {}{}</li>\n", kClasses[static_cast<std::size_t>(one.grade)],
-                       one.grade == Grade::Again ? "drive again: " : "", escaped(one.sensor), escaped(one.text), when);
+    out +=
+        fmt::format("<li class=\"{}\"><b>{}{}</b>: {}{}</li>\n", kClasses[static_cast<std::size_t>(one.grade)],
+                    one.grade == Grade::Again ? "drive again: " : "", as_markup(one.sensor), as_markup(one.text), when);
   }
   if (!verdict.remarks.empty()) out += "</ol>\n";
   if (verdict.remarks.size() > kListed)

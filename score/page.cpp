@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/printable.hpp"
 #include "score/metric_table.hpp"
 #include "score/plot.hpp"
 #include "score/sheet_text.hpp"
@@ -64,7 +65,7 @@ std::string overview(const Sheet& sheet) {
   for (const Fact& fact : kFacts) out += fmt::format("<th>{}</th>", fact.words);
   out += "</tr>";
   for (const ScenarioScore& score : sheet) {
-    out += fmt::format("<tr><td><a href=\"#{0}\">{0}</a></td>", escaped(score.scenario));
+    out += fmt::format("<tr><td><a href=\"#{0}\">{0}</a></td>", as_markup(score.scenario));
     for (const Fact& fact : kFacts) {
       double largest = 0;
       const auto value = [&](const ScenarioScore& one) {
@@ -83,22 +84,23 @@ std::string overview(const Sheet& sheet) {
 
 std::string scenario_part(const ScenarioScore& score, const std::vector<std::string>& pictures) {
   std::string out =
-      fmt::format("<h2 id=\"{0}\">{0}</h2>", escaped(score.scenario)) + facts(score) + "<div class=\"pictures\">";
+      fmt::format("<h2 id=\"{0}\">{0}</h2>", as_markup(score.scenario)) + facts(score) + "<div class=\"pictures\">";
   for (std::size_t i = 0; i < score.pictures.size() && i < pictures.size(); ++i)
     out += fmt::format("<figure><img alt=\"\" src=\"{}\"><figcaption>{}</figcaption></figure>", pictures[i],
-                       escaped(score.pictures[i].caption));
+                       as_markup(score.pictures[i].caption));
   out += "</div><div class=\"charts\">";
   for (const Chart& chart : score.charts) out += svg(chart);
   out += "</div><details><summary>what was counted</summary>";
-  for (const std::string& note : score.notes) out += "<p class=\"soft\">" + escaped(note) + "</p>";
+  for (const std::string& note : score.notes) out += "<p class=\"soft\">" + as_markup(note) + "</p>";
   for (const auto& [metric, figure] : score.figures)
-    if (!figure.value) out += fmt::format("<p class=\"soft\">{}: none, because {}</p>", metric, escaped(figure.reason));
+    if (!figure.value)
+      out += fmt::format("<p class=\"soft\">{}: none, because {}</p>", metric, as_markup(figure.reason));
   return out + "</details>";
 }
 
 std::string table(const Sheet& sheet) {
   std::string out = "<div class=\"scroll\"><table><tr><th>metric</th>";
-  for (const ScenarioScore& score : sheet) out += "<th>" + escaped(score.scenario) + "</th>";
+  for (const ScenarioScore& score : sheet) out += "<th>" + as_markup(score.scenario) + "</th>";
   out += "</tr>";
   for (const Metric& metric : metrics()) {
     double largest = 0;
@@ -107,12 +109,12 @@ std::string table(const Sheet& sheet) {
       return found == score.figures.end() ? Figure{{}, "not made"} : found->second;
     };
     for (const ScenarioScore& score : sheet) largest = std::max(largest, std::abs(value(score).value.value_or(0)));
-    out += fmt::format("<tr><td title=\"{}\">{} <span class=\"soft\">{}{}</span></td>", escaped(metric.meaning),
+    out += fmt::format("<tr><td title=\"{}\">{} <span class=\"soft\">{}{}</span></td>", as_markup(metric.meaning),
                        metric.name, metric.unit, metric.is_wall_clock ? ", this machine" : "");
     for (const ScenarioScore& score : sheet) {
       const Figure figure = value(score);
       if (!figure.value) {
-        out += fmt::format("<td class=\"none\" title=\"{}\">-</td>", escaped(figure.reason));
+        out += fmt::format("<td class=\"none\" title=\"{}\">-</td>", as_markup(figure.reason));
         continue;
       }
       const double share = largest > 0 ? 100 * std::abs(*figure.value) / largest : 0;
@@ -133,7 +135,7 @@ std::string changes_part(const std::vector<Change>& changes) {
     if (c.verdict == Verdict::Same) ++same;
     if (metric == nullptr || (c.verdict != Verdict::Better && c.verdict != Verdict::Worse)) continue;
     rows += fmt::format("<tr><td class=\"{}\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                        c.verdict == Verdict::Worse ? "bad" : "good", name(c.verdict), escaped(c.scenario), c.metric,
+                        c.verdict == Verdict::Worse ? "bad" : "good", name(c.verdict), as_markup(c.scenario), c.metric,
                         digits(*metric, c.before), digits(*metric, c.now));
   }
   std::string out =
@@ -154,9 +156,9 @@ std::string page(const Sheet& sheet, const std::vector<std::vector<std::string>>
       "content=\"width=device-width\"><title>hueline score</title><style>";
   out += kStyle;
   out += "</style><h1>hueline score</h1>";
-  out += fmt::format("<p class=\"soft\">{} · {} · {} · {:.0f} s</p>", escaped(notes.command), escaped(notes.revision),
-                     escaped(notes.machine), notes.wall_s);
-  out += fmt::format("<p class=\"{}\">{}</p>", notes.is_deterministic ? "good" : "bad", escaped(notes.determinism));
+  out += fmt::format("<p class=\"soft\">{} · {} · {} · {:.0f} s</p>", as_markup(notes.command),
+                     as_markup(notes.revision), as_markup(notes.machine), notes.wall_s);
+  out += fmt::format("<p class=\"{}\">{}</p>", notes.is_deterministic ? "good" : "bad", as_markup(notes.determinism));
   if (!changes.empty()) out += changes_part(changes);
   out += overview(sheet);
   for (std::size_t i = 0; i < sheet.size(); ++i)

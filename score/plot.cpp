@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/printable.hpp"
+
 namespace hueline::score {
 namespace {
 
@@ -51,7 +53,7 @@ struct Extent {
 
 std::string text(double x, double y, const char* anchor, const std::string& words, const char* extra = "") {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>", x, y, anchor, extra,
-                     escaped(words));
+                     as_markup(words));
 }
 
 void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colour, const Axis& x, const Axis& y,
@@ -86,23 +88,6 @@ void draw_curve(const Chart& chart, const Chart::Curve& curve, const char* colou
 }
 
 }  // namespace
-
-std::string escaped(const std::string& words) {
-  std::string out;
-  for (const char c : words) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 std::string svg(const Chart& chart) {
   Extent xs, ys;
@@ -156,7 +141,7 @@ std::string svg(const Chart& chart) {
     draw_curve(chart, chart.curves[i], kColours[i % kColours.size()], x, y, out);
   out += text((kLeft + kWidth - kRight) / 2, kHeight - 8, "middle", chart.x_label);
   out += fmt::format("<text transform=\"translate(11 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-                     (kTop + kHeight - kBottom) / 2, escaped(chart.y_label));
+                     (kTop + kHeight - kBottom) / 2, as_markup(chart.y_label));
   double legend_y = kTop + 18;
   for (std::size_t i = 0; i < chart.curves.size(); ++i) {
     if (chart.curves[i].label.empty() || chart.curves[i].points.empty() || chart.curves.size() == 1) continue;

@@ -10,7 +10,4 @@ namespace hueline::score {
 /// points says that it has none.
 std::string svg(const Chart& chart);
 
-/// Returns the text with &, <, > and quotes escaped for HTML.
-std::string escaped(const std::string& text);
-
 }  // namespace hueline::score

@@ -18,10 +18,6 @@ float cell_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
   return static_cast<float>(cell_bits(x, y, seed) >> 8) * (2.0f / 16777216.0f) - 1.0f;
 }
 std::int32_t whole(float x) { return static_cast<std::int32_t>(std::floor(x)); }
-Albedo scaled(Albedo a, float s) { return {a.r * s, a.g * s, a.b * s}; }
-Albedo mixed(Albedo a, Albedo b, float t) {
-  return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t};
-}
 
 Albedo asphalt(const Scene& scene, const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);

@@ -12,6 +12,12 @@ struct TextureSample {
   float width_u = 0, width_v = 0;  ///< size of the footprint, in the same units
 };
 
+inline Albedo scaled(Albedo a, float s) { return {a.r * s, a.g * s, a.b * s}; }
+/// Returns `a` at t = 0, `b` at 1, and between them their mixture.
+inline Albedo mixed(Albedo a, Albedo b, float t) {
+  return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t};
+}
+
 /// Returns the reflectance of the surface. Thread-safe.
 Albedo albedo_at(const Scene& scene, const TextureSample& at);
 

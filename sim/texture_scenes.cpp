@@ -7,11 +7,6 @@
 namespace hueline::sim {
 namespace {
 
-Albedo scaled(Albedo a, float s) { return {a.r * s, a.g * s, a.b * s}; }
-Albedo mixed(Albedo a, Albedo b, float t) {
-  return {a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t};
-}
-
 /// Slabs of 1 m in two colours, worn and stained; every eighth row is a dark band.
 Albedo plaza(const TextureSample& t) {
   const float w = std::max(t.width_u, t.width_v);

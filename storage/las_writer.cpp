@@ -9,12 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/calendar.hpp"
 #include "storage/laz_format.hpp"
 
 namespace hueline::storage {
 namespace {
 
-constexpr double kStep = 0.001;       // m
+constexpr double kGrid_m = 0.001;     // m
 constexpr double kOffsetStep = 1000;  // offsets are whole kilometres, so that the numbers in the header are short
 constexpr int kFormat = 7;
 
@@ -24,12 +25,6 @@ constexpr std::size_t kBuffered = 16384;  // points in one write of LAS
 constexpr const char* kTableUser = "hueline";
 constexpr std::uint16_t kTableRecord = 1;
 constexpr std::size_t kTableRoom = 32'760;
-
-int day_of_year(const UtcTime& utc) {
-  using namespace std::chrono;
-  const sys_days day = year{utc.year} / month{static_cast<unsigned>(utc.month)} / utc.day;
-  return static_cast<int>((day - sys_days(year{utc.year} / January / 1)).count()) + 1;
-}
 
 }  // namespace
 
@@ -114,7 +109,7 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
     }
   }
   header_.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
-  header_.scale.fill(kStep);
+  header_.scale.fill(kGrid_m);
   const Eigen::Vector3d origin = projection_.project(0, 0, 0);
   for (std::size_t k = 0; k < 2; ++k)
     header_.offset[k] = std::floor(origin[static_cast<Eigen::Index>(k)] / kOffsetStep) * kOffsetStep;
@@ -133,7 +128,7 @@ std::byte* LasWriter::encode(const ColouredPoint& p) {
   const Eigen::Vector3d xyz = projection_.project(p.east, p.north, p.up);
   std::array<std::int32_t, 3> steps;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double s = std::floor((xyz[static_cast<Eigen::Index>(k)] - header_.offset[k]) / kStep + 0.5);
+    const double s = std::floor((xyz[static_cast<Eigen::Index>(k)] - header_.offset[k]) / kGrid_m + 0.5);
     if (!(std::abs(s) < 2147483647.0)) {
       ++counts_.refused;
       return nullptr;
@@ -258,8 +253,8 @@ Status LasWriter::write_header() {
   header_.point_count = in_file_.points;
   header_.points_by_return = in_file_.by_return;
   for (std::size_t k = 0; k < 3 && in_file_.points > 0; ++k) {
-    header_.minimum[k] = header_.offset[k] + in_file_.lowest[k] * kStep;
-    header_.maximum[k] = header_.offset[k] + in_file_.highest[k] * kStep;
+    header_.minimum[k] = header_.offset[k] + in_file_.lowest[k] * kGrid_m;
+    header_.maximum[k] = header_.offset[k] + in_file_.highest[k] * kGrid_m;
   }
   return file_.overwrite(0, encode_las_header(header_));
 }

@@ -6,17 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "core/calendar.hpp"
+
 namespace hueline::storage {
 namespace {
 
 constexpr double kStep = 0.001;
 constexpr std::size_t kRecord = 30;  // point format 6
-
-int day_of_year(const UtcTime& t) {
-  constexpr int before[] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
-  const bool is_leap = (t.year % 4 == 0 && t.year % 100 != 0) || t.year % 400 == 0;
-  return before[t.month - 1] + t.day + (is_leap && t.month > 2 ? 1 : 0);
-}
 
 }  // namespace
 

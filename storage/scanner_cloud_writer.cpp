@@ -7,10 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/calendar.hpp"
+
 namespace hueline::storage {
 namespace {
 
-constexpr double kStep = 0.0001;
+constexpr double kResolution_m = 0.0001;
 constexpr std::size_t kBuffered = 1 << 20;  // bytes in one write
 constexpr int kFormat = 6;
 /// Room for the number of points in the header of a PCD file, which is known at the end.
@@ -21,12 +23,6 @@ const std::vector<LasExtraField>& extra_fields() {
                                                  {"azimuth", "of the firing, rad", LasType::F32},
                                                  {"range", "m", LasType::F32}};
   return fields;
-}
-
-int day_of_year(const UtcTime& t) {
-  constexpr int kBefore[] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
-  const bool is_leap = (t.year % 4 == 0 && t.year % 100 != 0) || t.year % 400 == 0;
-  return kBefore[t.month - 1] + t.day + (is_leap && t.month > 2 ? 1 : 0);
 }
 
 }  // namespace
@@ -41,7 +37,7 @@ ScannerCloudWriter::ScannerCloudWriter(FileWriter file, const Config& config)
   header_.header_size = kLasHeaderSize14;
   header_.vlr_count = 2;
   header_.point_format = kFormat;
-  header_.scale = {kStep, kStep, kStep};
+  header_.scale = {kResolution_m, kResolution_m, kResolution_m};
   std::size_t size = las_point_size(kFormat);
   for (const LasExtraField& field : extra_fields()) size += size_of(field.type);
   header_.point_size = static_cast<std::uint16_t>(size);
@@ -71,8 +67,8 @@ Bytes ScannerCloudWriter::head() const {
   LasHeader header = header_;
   header.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
   for (std::size_t axis = 0; axis < 3 && header.point_count > 0; ++axis) {
-    header.minimum[axis] = lowest_[axis] * kStep;
-    header.maximum[axis] = highest_[axis] * kStep;
+    header.minimum[axis] = lowest_[axis] * kResolution_m;
+    header.maximum[axis] = highest_[axis] * kResolution_m;
   }
   out = encode_las_header(header);
   storage::append(out, records);
@@ -93,7 +89,7 @@ void ScannerCloudWriter::append_las(const ScannerPoint& point) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // A range of any scanner fits: 32 bits hold 214 km.
     const auto steps = static_cast<std::int32_t>(
-        std::clamp(std::nearbyint(static_cast<double>(place[axis]) / kStep), -2147483647.0, 2147483647.0));
+        std::clamp(std::nearbyint(static_cast<double>(place[axis]) / kResolution_m), -2147483647.0, 2147483647.0));
     lowest_[axis] = std::min(lowest_[axis], steps);
     highest_[axis] = std::max(highest_[axis], steps);
     storage::append(buffer_, steps);

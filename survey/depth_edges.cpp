@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/lens_image.hpp"
+#include "survey/latest_exposure.hpp"
 
 namespace hueline::survey {
 namespace {
@@ -21,11 +22,9 @@ constexpr float kSmooth_m = 0.1f, kSmooth_share = 0.02f;
 constexpr int kSmoothReturns = 5;
 constexpr float kNearest_m = 2.0f, kFarthest_m = 60.0f;  // nearer there is the own vehicle
 constexpr nanoseconds kAround{60'000'000};               // one revolution has all directions once
-// After the laser of its moment: while sync learns a camera's relation.
-constexpr nanoseconds kLatestExposure{8'000'000'000};
-constexpr std::size_t kMostWaiting = 100;  // exposures with their images
-constexpr int kImageEdge = 5;              // grey levels a pixel
-constexpr int kShift = 4;                  // of an arbitrary place, in radii
+constexpr std::size_t kMostWaiting = 100;                // exposures with their images
+constexpr int kImageEdge = 5;                            // grey levels a pixel
+constexpr int kShift = 4;                                // of an arbitrary place, in radii
 
 /// Returns whether the grey levels change by more than kImageEdge a pixel somewhere within `radius` of a pixel. The
 /// gradient is that of Sobel. The place must be radius + 1 inside the image.

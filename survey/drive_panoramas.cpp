@@ -8,12 +8,12 @@
 #include <numbers>
 #include <utility>
 
+#include "survey/latest_exposure.hpp"
+
 namespace hueline::survey {
 namespace {
 
 using std::numbers::pi;
-/// How much later than the points of its time an exposure may come, while sync learns a camera's relation.
-constexpr nanoseconds kLatestExposure{8'000'000'000};
 constexpr nanoseconds kPoseStep{500'000};
 /// What the vehicle hides comes from the exposures before and after that are the nearest beyond these distances. The
 /// far ones look at what lies behind the vehicle, which those on the way to it hide as well.

@@ -8,6 +8,7 @@
 
 #include "runtime/lens_image.hpp"
 #include "runtime/lens_values.hpp"
+#include "survey/latest_exposure.hpp"
 
 namespace hueline::survey {
 
@@ -18,8 +19,6 @@ namespace {
 constexpr double kRing_deg = 0.6;          // a Velodyne's rings lie 1.3 and 2 degrees apart
 constexpr nanoseconds kPart{110'000'000};  // one revolution, so that nothing is held against itself
 constexpr nanoseconds kStep{10'000'000};
-constexpr nanoseconds kLatestExposure{
-    8'000'000'000};  // after the laser of its moment: while sync learns a camera's relation
 constexpr std::size_t kFewestSamples = 100;
 
 }  // namespace

@@ -17,9 +17,6 @@ using std::chrono::seconds;
 constexpr std::uint64_t kReorder = 8;  // frame numbers; a larger fall is a restart
 constexpr seconds kUnattributed{30};   // an unused mark without a later image is reported after this
 
-double ns(nanoseconds d) { return static_cast<double>(d.count()); }
-bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
-
 }  // namespace
 
 void ExposureMatcher::Config::visit(Keys& keys) {
@@ -67,18 +64,18 @@ void ExposureMatcher::Config::visit(Keys& keys) {
 
 KeyError ExposureMatcher::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  if (!within(exposure, nanoseconds(0), seconds(1))) return {"exposure", "must be 0 to 1 s"};
+  if (!is_within(exposure, nanoseconds(0), seconds(1))) return {"exposure", "must be 0 to 1 s"};
   if (latency_max <= latency_min)
     return not_allowed("latency_max_ms", number_text(to_seconds(latency_max) * 1e3), "more than latency_min_ms");
-  if (!within(mark_latency_max, milliseconds(1), seconds(5))) return {"mark_latency_max", "must be 1 ms to 5 s"};
-  if (!within(bounce, nanoseconds(0), milliseconds(100))) return {"bounce", "must be 0 to 100 ms"};
+  if (!is_within(mark_latency_max, milliseconds(1), seconds(5))) return {"mark_latency_max", "must be 1 ms to 5 s"};
+  if (!is_within(bounce, nanoseconds(0), milliseconds(100))) return {"bounce", "must be 0 to 100 ms"};
   if (learn_images < 2 || learn_images > 64) return {"learn_images", "must be 2 to 64"};
-  if (!within(learn_tolerance, std::chrono::microseconds(1), milliseconds(50)))
+  if (!is_within(learn_tolerance, std::chrono::microseconds(1), milliseconds(50)))
     return {"learn_tolerance", "must be 1 us to 50 ms"};
   if (relearn_after < 2 || relearn_after > 100) return {"relearn_after", "must be 2 to 100"};
   if (pending_limit < 1 || pending_limit > 1000) return {"pending_limit", "must be 1 to 1000"};
   if (mark_limit < 16 || mark_limit > 100'000) return {"mark_limit", "must be 16 to 100000"};
-  if (!within(patience, milliseconds(100), seconds(60))) return {"patience", "must be 100 ms to 60 s"};
+  if (!is_within(patience, milliseconds(100), seconds(60))) return {"patience", "must be 100 ms to 60 s"};
   if (std::string e = relation.validate(); !e.empty()) return {"", "relation: " + e};
   if (mark_input == 0 && !has_counter)
     return {"has_counter", "is false; allowed: true where event_input is 0, for nothing else tells the time"};
@@ -321,8 +318,8 @@ void ExposureMatcher::emit_unmatched(Pending& pending, const std::string& why, s
   if (last_out_) mid = std::max(mid, *last_out_ + nanoseconds(1));
   last_out_ = mid;
   last_duration_ = pending.length.mean;
-  const double sigma =
-      portable::hypot(ns(config_.latency_max - config_.latency_min), std::abs(ns(mid - guess(pending))));
+  const double sigma = portable::hypot(to_nanoseconds(config_.latency_max - config_.latency_min),
+                                       std::abs(to_nanoseconds(mid - guess(pending))));
   out.push_back({pending.image.sensor, 0, mid, nanoseconds(static_cast<std::int64_t>(std::ceil(sigma))),
                  SyncState::Unlocked, ExposureTiming::Unmatched, std::move(pending.image), pending.length.mean});
 }

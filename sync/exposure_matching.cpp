@@ -19,9 +19,6 @@ constexpr std::size_t kLatencies = 32;
 constexpr nanoseconds kClockSlack = std::chrono::milliseconds(1);
 constexpr nanoseconds kLateDelivery = std::chrono::milliseconds(400);
 
-double ns(nanoseconds d) { return static_cast<double>(d.count()); }
-bool within(nanoseconds v, nanoseconds low, nanoseconds high) { return v >= low && v <= high; }
-
 }  // namespace
 
 void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>& out) {
@@ -30,22 +27,23 @@ void ExposureMatcher::time_without_mark(Pending& pending, std::vector<Exposure>&
     // The fastest delivery took latency_min from the start of the exposure. The true value may be anywhere up to
     // latency_max.
     const GpsTime start = gps_time_ns(pending.counter + line->delay_ns) - config_.latency_min;
-    const double sigma = portable::hypot(line->sigma_ns, ns(pending.arrival.sigma),
-                                         ns(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
+    const double sigma = portable::hypot(line->sigma_ns, to_nanoseconds(pending.arrival.sigma),
+                                         to_nanoseconds(config_.latency_max - config_.latency_min) / std::sqrt(12.0));
     emit(pending, start - config_.strobe_delay, sigma, ExposureTiming::CameraClock, out);
     return;
   }
   const GpsTime start = gps_time_ns(pending.counter) + *config_.counter_offset - config_.stamp_delay;
   const nanoseconds latency = pending.arrival.time - start, slack = 3 * pending.arrival.sigma + kClockSlack;
   // A clock that is off by a second or more cannot be mistaken for a late delivery.
-  if (!within(latency, config_.latency_min - slack, config_.latency_max + kLateDelivery)) {
+  if (!is_within(latency, config_.latency_min - slack, config_.latency_max + kLateDelivery)) {
     faults_.add(config_.camera, FaultKind::LabelConflict, "clock", pending.image.received,
                 fmt::format("the camera's clock is {:.3f} s off the image's arrival: is counter_offset right?",
                             to_seconds(latency - config_.latency_min)));
     emit_unmatched(pending, "the camera's own clock contradicts the image's arrival", out);
     return;
   }
-  emit(pending, start - config_.strobe_delay, ns(config_.relation.clock_sigma), ExposureTiming::CameraClock, out);
+  emit(pending, start - config_.strobe_delay, to_nanoseconds(config_.relation.clock_sigma), ExposureTiming::CameraClock,
+       out);
 }
 
 /// `was_right`: the relation fitted for a long time, and then no longer.
@@ -70,18 +68,19 @@ void ExposureMatcher::compare_with_trusted() {
   const std::int64_t counter = pending_.back().counter;
   const CameraRelation::Prediction before = trusted_->predict(counter), now = relation_.predict(counter);
   const nanoseconds moved = now.mark - before.mark;
-  if (std::abs(ns(moved)) <= kGateSigmas * portable::hypot(before.sigma_ns, now.sigma_ns) + ns(kFitsAgain)) {
+  if (std::abs(to_nanoseconds(moved)) <=
+      kGateSigmas * portable::hypot(before.sigma_ns, now.sigma_ns) + to_nanoseconds(kFitsAgain)) {
     trusted_.reset();
     return;
   }
   std::vector<nanoseconds> latencies;
   for (const Pending& p : pending_) latencies.push_back(p.arrival.time - relation_.predict(p.counter).mark);
   std::sort(latencies.begin(), latencies.end());
-  const double resolution =
-      2 * ns(latencies[latencies.size() / 2] - latencies.front()) / std::sqrt(static_cast<double>(latencies.size()));
-  const double changed = std::abs(ns(latencies.front() - trusted_latency_));
-  const bool can_tell = std::abs(ns(moved)) > 2 * resolution;
-  if (can_tell && changed < std::abs(ns(moved)) / 2) {
+  const double resolution = 2 * to_nanoseconds(latencies[latencies.size() / 2] - latencies.front()) /
+                            std::sqrt(static_cast<double>(latencies.size()));
+  const double changed = std::abs(to_nanoseconds(latencies.front() - trusted_latency_));
+  const bool can_tell = std::abs(to_nanoseconds(moved)) > 2 * resolution;
+  if (can_tell && changed < std::abs(to_nanoseconds(moved)) / 2) {
     trusted_.reset();  // the clock stepped; the marks are unchanged
     return;
   }
@@ -99,12 +98,12 @@ bool ExposureMatcher::has_rival(const Pending& pending, GpsTime predicted, nanos
       last_out_ ? *last_out_ - config_.strobe_delay - last_duration_ / 2 : predicted - config_.latency_max;
   const nanoseconds reach = std::max(nanoseconds(0), predicted - last_mark) / 2;
   return std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
-    const bool is_near = !m.used && within(m.time - predicted, -reach, reach);
+    const bool is_near = !m.used && is_within(m.time - predicted, -reach, reach);
     const nanoseconds latency = pending.arrival.time - m.time - config_.strobe_delay;
-    if (!is_near || !within(latency, config_.latency_min - 3 * pending.arrival.sigma, config_.latency_max))
+    if (!is_near || !is_within(latency, config_.latency_min - 3 * pending.arrival.sigma, config_.latency_max))
       return false;
     return std::none_of(pending_.begin(), pending_.end(), [&](const Pending& other) {
-      return &other != &pending && within(m.time - relation_.predict(other.counter).mark, -gate, gate);
+      return &other != &pending && is_within(m.time - relation_.predict(other.counter).mark, -gate, gate);
     });
   });
 }
@@ -118,7 +117,7 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
   const nanoseconds gate(static_cast<std::int64_t>(std::min(kGateSigmas * predicted.sigma_ns, kGateLimitNs)));
   std::vector<Mark*> near;
   for (Mark& m : marks_)
-    if (!m.used && within(m.time - predicted.mark, -gate, gate)) near.push_back(&m);
+    if (!m.used && is_within(m.time - predicted.mark, -gate, gate)) near.push_back(&m);
   if (!near.empty()) {
     const nanoseconds spread = near.back()->time - near.front()->time;
     if (near.size() > 1 && spread > config_.bounce) {
@@ -139,7 +138,9 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     missed_in_a_row_ = 0;
     latencies_.push_back(pending.arrival.time - mark.time);
     if (latencies_.size() > kLatencies) latencies_.pop_front();
-    emit(pending, mark.time, portable::hypot(ns(config_.mark_sigma), near.size() > 1 ? ns(spread) : 0.0, ns(doubt_)),
+    emit(pending, mark.time,
+         portable::hypot(to_nanoseconds(config_.mark_sigma), near.size() > 1 ? to_nanoseconds(spread) : 0.0,
+                         to_nanoseconds(doubt_)),
          ExposureTiming::EventMark, out);
     return true;
   }
@@ -164,11 +165,12 @@ bool ExposureMatcher::match_by_relation(Pending& pending, bool final, std::vecto
     ++counts_.lost_marks;
     faults_.add(config_.camera, FaultKind::Lost, "mark", pending.image.received,
                 "no event mark where the camera's clock expects one: timed by the camera's clock");
-    emit(pending, predicted.mark, portable::hypot(predicted.sigma_ns, ns(config_.mark_sigma), ns(doubt_)),
+    emit(pending, predicted.mark,
+         portable::hypot(predicted.sigma_ns, to_nanoseconds(config_.mark_sigma), to_nanoseconds(doubt_)),
          ExposureTiming::CameraClock, out);
   }
   const bool others = std::any_of(marks_.begin(), marks_.end(), [&](const Mark& m) {
-    return !m.used && within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
+    return !m.used && is_within(m.time - predicted.mark, -config_.latency_max, config_.latency_max);
   });
   missed_in_a_row_ = others ? missed_in_a_row_ + 1 : 0;
   if (missed_in_a_row_ >= config_.relearn_after) {
@@ -185,7 +187,7 @@ bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector
   if (!complete && !final) return false;
   std::vector<Mark*> possible;
   for (Mark& m : marks_)
-    if (within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max))
+    if (is_within(pending.arrival.time - m.time - config_.strobe_delay, config_.latency_min, config_.latency_max))
       possible.push_back(&m);
   const bool bounced = !possible.empty() && possible.back()->time - possible.front()->time <= config_.bounce;
   if (possible.empty() || !bounced || possible.front()->used) {
@@ -198,7 +200,8 @@ bool ExposureMatcher::match_by_arrival(Pending& pending, bool final, std::vector
   for (Mark* m : possible) m->used = true;
   note_bounce(possible.size() - 1, pending.image.received);
   emit(pending, possible.front()->time,
-       portable::hypot(ns(config_.mark_sigma), ns(possible.back()->time - possible.front()->time)),
+       portable::hypot(to_nanoseconds(config_.mark_sigma),
+                       to_nanoseconds(possible.back()->time - possible.front()->time)),
        ExposureTiming::EventMark, out);
   return true;
 }

@@ -15,11 +15,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 nanoseconds sigma_of(double a, double b, double c = 0) {
   return nanoseconds(static_cast<std::int64_t>(std::ceil(portable::hypot(a, b, c))));
 }
-double ns(nanoseconds d) { return static_cast<double>(d.count()); }
 
 }  // namespace
 
@@ -110,7 +108,7 @@ bool LaserClock::fits(const Seen& seen) const { return seconds_behind(seen) == s
 /// Returns the whole seconds that are missing from a stamp; nothing if its error is not of whole seconds.
 std::optional<seconds> LaserClock::seconds_behind(const Seen& seen) const {
   const nanoseconds slack = config_.early + 3 * seen.arrival.sigma;
-  const seconds whole(floor_div((residual(seen) + slack).count(), 1'000'000'000));
+  const seconds whole = std::chrono::floor<seconds>(residual(seen) + slack);
   if (residual(seen) - whole > config_.latency_max) return {};
   return whole;
 }
@@ -143,7 +141,7 @@ void LaserClock::judge(std::vector<StampedLaserBatch>& out) {
     sigma = std::max(sigma, seen.arrival.sigma);
   }
   const nanoseconds slack = config_.early + 3 * sigma;
-  const std::int64_t whole = floor_div((smallest + slack).count(), 1'000'000'000);
+  const std::int64_t whole = std::chrono::floor<seconds>(smallest + slack).count();
   const nanoseconds rest = smallest - seconds(whole);
   const Seen& last = pending_.back();
   const bool long_enough = last.batch.received - pending_.front().batch.received >= config_.confirm;
@@ -214,8 +212,9 @@ void LaserClock::emit_by_arrival(Seen&& seen, bool by_line, std::vector<StampedL
   const std::int64_t arrival_ns = line ? seen.counter + line->delay_ns : count_ns(seen.arrival.time);
   const GpsTime time = std::min(gps_time_ns(arrival_ns), seen.arrival.time) - config_.latency_min;
   const nanoseconds sigma = sigma_of(
-      ns(config_.latency_min_sigma),
-      line ? portable::hypot(line->sigma_ns, ns(disputed)) : ns(std::max(doubt, disputed)), ns(seen.arrival.sigma));
+      to_nanoseconds(config_.latency_min_sigma),
+      line ? portable::hypot(line->sigma_ns, to_nanoseconds(disputed)) : to_nanoseconds(std::max(doubt, disputed)),
+      to_nanoseconds(seen.arrival.sigma));
   out.push_back({seen.batch.sensor, seen.batch.packet_sequence, time, sigma, SyncState::Acquiring,
                  std::move(seen.batch.returns)});
 }

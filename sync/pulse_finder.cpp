@@ -7,11 +7,11 @@ namespace hueline::sync {
 
 bool PulseFinder::together(HostTime a, HostTime b) const {
   const std::int64_t d = (b - a).count();
-  const std::int64_t seconds = (d + 500'000'000) / 1'000'000'000;
-  if (seconds < 1) return false;
+  const std::int64_t whole_s = (d + 500'000'000) / 1'000'000'000;
+  if (whole_s < 1) return false;
   // 300 us is the largest interrupt latency of an edge that still belongs to this phase.
   const double tolerance = 300e3 + rate_limit_ * static_cast<double>(d);
-  return std::abs(static_cast<double>(d - seconds * 1'000'000'000)) <= tolerance;
+  return std::abs(static_cast<double>(d - whole_s * 1'000'000'000)) <= tolerance;
 }
 
 std::vector<HostTime> PulseFinder::add(HostTime edge) {

@@ -13,8 +13,6 @@ constexpr std::size_t kSteps = 15;
 // In usual steps. Logs of two rates and alternating stamps are usual; two missing solutions in a row are not.
 constexpr double kGap = 2.5;
 
-double ns(nanoseconds d) { return static_cast<double>(d.count()); }
-
 }  // namespace
 
 std::uint64_t SolutionWatch::add(const InsSolution& solution, FaultLog& faults) {
@@ -28,7 +26,7 @@ std::uint64_t SolutionWatch::add(const InsSolution& solution, FaultLog& faults) 
   std::vector<nanoseconds> sorted(steps_.begin(), steps_.end());
   if (sorted.size() == kSteps) {
     std::nth_element(sorted.begin(), sorted.begin() + kSteps / 2, sorted.end());
-    const double steps = ns(step) / ns(sorted[kSteps / 2]);
+    const double steps = to_nanoseconds(step) / to_nanoseconds(sorted[kSteps / 2]);
     if (steps > kGap) {
       missing = static_cast<std::uint64_t>(std::llround(steps) - 1);
       faults.add(solution.sensor, FaultKind::Silent, "ins", solution.received,

@@ -91,26 +91,7 @@ std::string difference(const Json* found, const Json& wanted) {
 }
 
 /// Returns the text with the signs of XML written out.
-std::string xml(const std::string& text) {
-  std::string out;
-  for (const char sign : printable(text, LineEnds::Escape)) switch (sign) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += sign;
-    }
-  return out;
-}
+std::string xml(const std::string& text) { return as_markup(printable(text, LineEnds::Escape)); }
 
 }  // namespace
 

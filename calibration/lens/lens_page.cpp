@@ -5,26 +5,12 @@
 #include <numbers>
 
 #include "calibration/lens/lens_report.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::calibration {
 namespace {
 
 constexpr double kPictureWidth = 720;
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 std::string picture(const LensValues& lens, const std::string& inside) {
   return fmt::format(
@@ -109,7 +95,7 @@ std::string views_table(const LensCalibration& calibration) {
     const double rms = std::sqrt(sum / static_cast<double>(calibration.adjusted.residuals[v].size()));
     out += fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td><div class=\"bar\" style=\"width:{:.0f}px\"></div></td></tr>",
-        escaped(calibration.views[v].name), calibration.views[v].corners.size(), rms,
+        as_markup(calibration.views[v].name), calibration.views[v].corners.size(), rms,
         std::min(300.0, 100 * rms / std::max(1e-9, calibration.adjusted.rms_px)));
   }
   return out + "</table>";
@@ -117,12 +103,12 @@ std::string views_table(const LensCalibration& calibration) {
 
 std::string left_out(const LensCalibration& calibration, const LensReportContext& context) {
   std::string out = "<h2>Left out</h2><ul>";
-  for (const auto& text : context.unseen) out += "<li>" + escaped(text) + "</li>";
+  for (const auto& text : context.unseen) out += "<li>" + as_markup(text) + "</li>";
   for (const auto& view : calibration.rejected_views)
-    out += fmt::format("<li>{}: {}</li>", escaped(view.view), escaped(view.why));
+    out += fmt::format("<li>{}: {}</li>", as_markup(view.view), as_markup(view.why));
   for (const auto& corner : calibration.rejected_corners)
-    out += fmt::format("<li>{}: corner {} at ({:.1f}, {:.1f}), {:.2f} px off</li>", escaped(corner.view), corner.index,
-                       corner.pixel.x(), corner.pixel.y(), corner.error_px);
+    out += fmt::format("<li>{}: corner {} at ({:.1f}, {:.1f}), {:.2f} px off</li>", as_markup(corner.view),
+                       corner.index, corner.pixel.x(), corner.pixel.y(), corner.error_px);
   if (context.unseen.empty() && calibration.rejected_views.empty() && calibration.rejected_corners.empty())
     out += "<li>nothing</li>";
   return out + "</ul>";
@@ -144,7 +130,7 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
       "<h1>Lens calibration</h1><p>{}, {}.</p><p><b>{:.3f} px</b> rms over {} corners in {} views; a corner's "
       "coordinate has "
       "a standard deviation of {:.3f} px.</p>",
-      escaped(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(),
+      as_markup(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(),
       adjusted.sigma_px);
   out += fmt::format("<h2>{}, {} x {}</h2><table><tr><th></th><th>value</th><th>sigma</th></tr>",
                      name(adjusted.lens.model), adjusted.lens.width, adjusted.lens.height);
@@ -158,9 +144,9 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
     out += trial.predicted_rms_px
                ? fmt::format("<tr><td>{}</td><td>{:.3f}</td><td>{:.3f}</td></tr>", name(trial.model), trial.rms_px,
                              *trial.predicted_rms_px)
-               : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), escaped(trial.words()));
+               : fmt::format("<tr><td>{}</td><td colspan=2>{}</td></tr>", name(trial.model), as_markup(trial.words()));
   out += "</table>";
-  if (!context.reference.empty()) out += "<p>" + escaped(context.reference) + "</p>";
+  if (!context.reference.empty()) out += "<p>" + as_markup(context.reference) + "</p>";
   return out + coverage(calibration) + residual_field(calibration) + views_table(calibration) +
          left_out(calibration, context) + "</html>\n";
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/targets/targets_report.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -19,23 +20,6 @@ h1{font-size:24px;margin:0}h2{font-size:19px;margin:34px 0 8px;border-top:1px so
 svg{background:var(--field);border-radius:4px;width:100%;display:block}svg text{font:11px system-ui,sans-serif;fill:var(--ink)}svg .soft{fill:var(--soft)}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;width:100%}
 th,td{padding:3px 8px;border-bottom:1px solid var(--line);text-align:right;white-space:nowrap}th:first-child,td:first-child{text-align:left}th{font-weight:600}td.words{text-align:left;white-space:normal})";
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 const char* colour_of(TargetState state) {
   switch (state) {
@@ -68,7 +52,7 @@ std::string plan(const StationResult& result, const SurveyedStation& station, st
   const auto x = [&](double east) { return kMiddle + scale * east; };
   const auto y = [&](double north) { return kMiddle - scale * north; };
   std::string out = fmt::format("<svg viewBox=\"0 0 {0:.0f} {0:.0f}\" role=\"img\" aria-label=\"plan of station {1}\">",
-                                kSize, escaped(station.name));
+                                kSize, as_markup(station.name));
   for (const TargetOutcome& outcome : result.targets)
     out += fmt::format("<circle cx=\"{0}\" cy=\"{0}\" r=\"{1:.1f}\" fill=\"none\" stroke=\"var(--ring)\"/>", kMiddle,
                        scale * (targets[outcome.target].position.xyz - station.position.xyz).head<2>().norm());
@@ -96,7 +80,7 @@ std::string plan(const StationResult& result, const SurveyedStation& station, st
     }
     const bool is_right = px > 0.75 * kSize;
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", px + (is_right ? -9 : 9), py - 7,
-                       is_right ? "end" : "start", escaped(target.name));
+                       is_right ? "end" : "start", as_markup(target.name));
   }
   const double bar = round_length(reach / 2);
   out += fmt::format(
@@ -119,7 +103,7 @@ std::string table(const StationResult& result, const SurveyedStation& station,
   for (const TargetOutcome& outcome : result.targets) {
     const SurveyedTarget& target = targets[outcome.target];
     out += fmt::format("<tr><td>{}</td><td class=\"{}\">{}</td><td>{:.2f}</td><td>{}</td><td>{}</td>",
-                       escaped(target.name), colour_of(outcome.state), name(outcome.state),
+                       as_markup(target.name), colour_of(outcome.state), name(outcome.state),
                        (target.position.xyz - station.position.xyz).norm(), outcome.counts.points,
                        outcome.counts.candidates);
     if (outcome.is_found()) {
@@ -129,7 +113,7 @@ std::string table(const StationResult& result, const SurveyedStation& station,
           "{:.1f}</td></tr>",
           outcome.points, 100 * outcome.roundness, r.x(), r.y(), r.z(), s.x(), s.y(), s.z());
     } else {
-      out += fmt::format("<td class=\"words\" colspan=\"6\">{}</td></tr>", escaped(outcome.reason));
+      out += fmt::format("<td class=\"words\" colspan=\"6\">{}</td></tr>", as_markup(outcome.reason));
     }
   }
   return out + "</table></div>";
@@ -156,7 +140,7 @@ std::string station_part(const StationResult& result, const SurveyedStation& sta
   };
   const auto sigma = [&](int k, double factor) { return factor * std::sqrt(result.adjusted.covariance(k, k)); };
   std::string out = fmt::format("<h2>{}</h2><div class=\"station\"><div>{}</div><div><div class=\"facts\">",
-                                escaped(station.name), plan(result, station, targets));
+                                as_markup(station.name), plan(result, station, targets));
   out += fact(fmt::format("{} of {}", used, result.targets.size()), "targets used");
   out += fact(fmt::format("{:.1f} / {:.1f} / {:.1f} mm", rms(plane), rms(plane + height), rms(height)),
               "residuals: plane / space / height, rms");
@@ -169,7 +153,7 @@ std::string station_part(const StationResult& result, const SurveyedStation& sta
   out += fmt::format(
       "</div>{}<p class=\"soft\">scanner at {:.4f} E, {:.4f} N, {:.4f}; {} points read, {} in the rings; "
       "{}</p></div></div>",
-      table(result, station, targets), t.x(), t.y(), t.z(), result.points_read, result.ring_points, escaped(scan));
+      table(result, station, targets), t.x(), t.y(), t.z(), result.points_read, result.ring_points, as_markup(scan));
   return out;
 }
 
@@ -185,10 +169,10 @@ std::string targets_page(std::span<const StationResult> results, std::span<const
   out += fmt::format(
       "</style><h1>Scans oriented from sphere targets</h1><p class=\"soft\">{} · {} · {} · range {:.1f} mm (accuracy "
       "{:.1f} mm), angles {:.1f} urad</p>",
-      escaped(notes.date), escaped(notes.program),
+      as_markup(notes.date), as_markup(notes.program),
       config.method == CentreMethod::KnownRadius ? "known radius, weighted" : "as published",
       1000 * config.noise.range_precision_m, 1000 * config.noise.range_accuracy_m, 1e6 * config.noise.angle_rad);
-  for (const std::string& refused : notes.refused) out += "<p class=\"bad\">refused: " + escaped(refused) + "</p>";
+  for (const std::string& refused : notes.refused) out += "<p class=\"bad\">refused: " + as_markup(refused) + "</p>";
   out +=
       "<p class=\"soft\">Plan, north up: rings of the targets' distances; <span class=\"good\">used</span>, <span "
       "class=\"check\">check</span>, <span class=\"bad\">not found or "

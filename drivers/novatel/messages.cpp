@@ -8,16 +8,12 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/geodesy.hpp"
 
 namespace hueline::drivers {
 namespace {
 
 constexpr double kMaxClockOffsetS = 1e-6;
-
-bool is_place(const Geodetic& g) {
-  constexpr double kQuarter = 90.0 * kRadPerDeg, kHalf = 180.0 * kRadPerDeg;
-  return std::abs(g.latitude) <= kQuarter && std::abs(g.longitude) <= kHalf && std::abs(g.ellipsoidal_height) < 1e5;
-}
 
 /// Reads six doubles from `offset`: north, east, up velocity (m/s), then roll, pitch, azimuth (degrees).
 bool read_motion(std::span<const std::byte> body, std::size_t offset, InsSolution& out) {
@@ -84,7 +80,7 @@ std::optional<InsSolution> decode_inspva(std::span<const std::byte> body) {
   const auto time = novatel_time(field<std::uint32_t>(body, 0), field<double>(body, 4));
   InsSolution out;
   out.position = read_place(body, 12, 0.0);
-  if (!time || !is_place(out.position) || !read_motion(body, 36, out)) return {};
+  if (!time || !is_on_earth(out.position) || !read_motion(body, 36, out)) return {};
   out.time = *time;
   out.status = field<std::uint32_t>(body, 84);
   out.is_good = is_good_ins_status(out.status);
@@ -95,7 +91,7 @@ std::optional<InsSolution> decode_inspvax(const NovatelHeader& header, std::span
   const auto time = header_time(header);
   InsSolution out;
   out.position = read_place(body, 8, static_cast<double>(field<float>(body, 32)));
-  if (!time || !is_place(out.position) || !read_motion(body, 36, out)) return {};
+  if (!time || !is_on_earth(out.position) || !read_motion(body, 36, out)) return {};
   out.time = *time;
   out.status = field<std::uint32_t>(body, 0);
   out.is_good = is_good_ins_status(out.status);
@@ -117,7 +113,7 @@ std::optional<GnssFix> decode_bestpos(const NovatelHeader& header, std::span<con
   const auto time = header_time(header);
   GnssFix out;
   out.position = read_place(body, 8, static_cast<double>(field<float>(body, 32)));
-  if (!time || !is_place(out.position)) return {};
+  if (!time || !is_on_earth(out.position)) return {};
   out.time = *time;
   constexpr std::uint32_t kSolutionComputed = 0;
   if (field<std::uint32_t>(body, 0) == kSolutionComputed) out.type = fix_type(field<std::uint32_t>(body, 4));

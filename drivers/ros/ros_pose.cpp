@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/calendar.hpp"
+#include "core/geodesy.hpp"
 #include "core/portable_math.hpp"
 #include "drivers/novatel/crc32.hpp"
 
@@ -82,11 +83,6 @@ Eigen::Quaterniond take_quaternion(RosReader& in) {
   return {w, x, y, z};
 }
 bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 0.01; }
-
-bool is_place(const Geodetic& g) {
-  return std::abs(g.latitude) <= std::numbers::pi / 2 && std::abs(g.longitude) <= std::numbers::pi &&
-         std::abs(g.ellipsoidal_height) < 1e5;
-}
 
 }  // namespace
 
@@ -174,7 +170,7 @@ bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
   std::array<double, 9> covariance{};
   for (double& value : covariance) value = in.take<double>();
   const bool has_covariance = in.take<std::uint8_t>() != 0;
-  if (!in.ok() || status < 0 || !is_place(now.place)) return false;
+  if (!in.ok() || status < 0 || !is_on_earth(now.place)) return false;
   if (has_covariance)
     now.sigma_enu = Eigen::Vector3d(covariance[0], covariance[4], covariance[8]).cwiseMax(0).cwiseSqrt();
   const auto before = last_;

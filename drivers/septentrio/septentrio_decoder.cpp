@@ -29,7 +29,7 @@ using std::chrono::seconds;
 /// The forms of the stream, in the order in which they are asked.
 enum Form : std::size_t { kSbf, kReply, kNmea, kRtcm, kLine };
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> septentrio_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<SbfForm>());
   out.push_back(std::make_unique<SbfReplyForm>());
@@ -101,11 +101,6 @@ std::string block_name(int id) {
 
 constexpr double kUnknown = -1e10;  // the receiver writes -2e10 for a number that it does not know
 
-bool is_place(const Geodetic& g) {
-  return std::abs(g.latitude) <= 90 * kRadPerDeg && std::abs(g.longitude) <= 180 * kRadPerDeg &&
-         std::abs(g.ellipsoidal_height) < 1e5;
-}
-
 FixType fix_type(int mode) {
   switch (mode & 15) {
     case 1:
@@ -134,7 +129,7 @@ Geodetic place(std::span<const std::byte> block, std::size_t at, bool is_cartesi
   if (!is_cartesian) return {a, b, c};
   constexpr double kDeepest_m = 6.3e6, kHighest_m = 6.5e6;
   const double radius = portable::hypot(a, b, c);
-  // No place, as is_place() says.
+  // No place, as is_on_earth() says.
   if (!(radius > kDeepest_m && radius < kHighest_m)) return {0, 0, kUnknown};
   return to_geodetic({{a, b, c}});
 }
@@ -164,7 +159,7 @@ std::array<double, 3> squared(const std::array<double, 3>& v) { return {v[0] * v
 
 }  // namespace
 
-SeptentrioDecoder::SeptentrioDecoder(const Config&) : StreamDecoder(forms()) {}
+SeptentrioDecoder::SeptentrioDecoder(const Config&) : StreamDecoder(septentrio_forms()) {}
 
 void SeptentrioDecoder::forget() {
   fix_.reset();
@@ -276,7 +271,7 @@ bool SeptentrioDecoder::take_solution(Block block, bool is_cartesian, GpsTime ti
   InsSolution solution;
   solution.time = time;
   solution.position = place(block, 20, is_cartesian);
-  if (!is_place(solution.position) || !has[kAttitude]) return false;
+  if (!is_on_earth(solution.position) || !has[kAttitude]) return false;
   solution.attitude = {subs[kAttitude][2] * kRadPerDeg, subs[kAttitude][1] * kRadPerDeg,
                        subs[kAttitude][0] * kRadPerDeg};
   const auto& v = subs[kVelocity];
@@ -310,7 +305,7 @@ bool SeptentrioDecoder::take_fix(Block block, bool is_cartesian, GpsTime time, H
   fix.time = time;
   fix.position = place(block, 16, is_cartesian);
   // Without a solution the receiver's time may be anything.
-  if (stream_field<std::uint8_t>(block, 15) != 0 || !is_place(fix.position)) return false;
+  if (stream_field<std::uint8_t>(block, 15) != 0 || !is_on_earth(fix.position)) return false;
   fix.type = fix_type(stream_field<std::uint8_t>(block, 14));
   const auto satellites = stream_field<std::uint8_t>(block, 74);
   fix.satellites = satellites == 255 ? 0 : satellites;

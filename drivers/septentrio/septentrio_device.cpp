@@ -11,7 +11,7 @@
 namespace hueline::drivers {
 namespace {
 
-struct Traits {
+struct SeptentrioTraits {
   static constexpr const char* kLog = "A log of the receiver (SBF).";
   static constexpr bool kHasDatagrams = false;
   using Logs = SeptentrioLogs;
@@ -25,7 +25,7 @@ constinit const DeviceType kSeptentrio{
     .word = "septentrio",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<SeptentrioDecoder, Traits>>,
+    .make = make_device<StreamDevice<SeptentrioDecoder, SeptentrioTraits>>,
     .files = {.log = {.format = "Septentrio SBF", .ending = ".sbf", .is_beginning = is_sbf_log}}};
 
 }  // namespace hueline::drivers

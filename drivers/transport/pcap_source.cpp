@@ -6,14 +6,12 @@
 #include <array>
 #include <utility>
 
+#include "drivers/transport/first_sender.hpp"
+
 namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kMostOthers = 16;
-
-/// After so long a silence the device may have been replaced or have got another address: the next sender counts as the
-/// first one.
-constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 }  // namespace
 

@@ -13,12 +13,10 @@
 #include <optional>
 #include <utility>
 
+#include "drivers/transport/first_sender.hpp"
+
 namespace hueline::drivers {
 namespace {
-
-/// After so long a silence the device may have been replaced or have got another address: the next sender counts as the
-/// first one.
-constexpr nanoseconds kReplacedAfter = std::chrono::seconds(3);
 
 constexpr int kWait_ms = 100;
 
@@ -35,7 +33,7 @@ std::string to_text(in_addr_t address) {
 }
 
 template <class T>
-bool set_option(int fd, int level, int option, const T& value) {
+bool set_socket_option(int fd, int level, int option, const T& value) {
   return ::setsockopt(fd, level, option, &value, sizeof(value)) == 0;
 }
 
@@ -126,12 +124,14 @@ Status UdpSource::open_socket(std::uint16_t port) {
   const bool is_multicast = !config_.multicast_group.empty();
   // Several programs may share a multicast port. A unicast port that is in use shall give an error, instead of half of
   // the datagrams.
-  if (is_multicast && !set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1)) return io_error("share " + where, errno);
-  if (!set_option(fd, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
-      !set_option(fd, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
+  if (is_multicast && !set_socket_option(fd, SOL_SOCKET, SO_REUSEADDR, 1)) return io_error("share " + where, errno);
+  if (!set_socket_option(fd, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
+      !set_socket_option(fd, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
     return io_error("set the receive buffer of " + where, errno);
-  if (!set_option(fd, SOL_SOCKET, SO_TIMESTAMPNS, 1)) return io_error("ask for arrival stamps on " + where, errno);
-  if (!set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1)) return io_error("ask for the drop counter of " + where, errno);
+  if (!set_socket_option(fd, SOL_SOCKET, SO_TIMESTAMPNS, 1))
+    return io_error("ask for arrival stamps on " + where, errno);
+  if (!set_socket_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1))
+    return io_error("ask for the drop counter of " + where, errno);
 
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -149,7 +149,7 @@ Status UdpSource::open_socket(std::uint16_t port) {
     group.imr_multiaddr.s_addr = *parse_address(config_.multicast_group);
     group.imr_interface.s_addr =
         config_.multicast_interface.empty() ? INADDR_ANY : *parse_address(config_.multicast_interface);
-    if (!set_option(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, group)) {
+    if (!set_socket_option(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, group)) {
       const int why = errno;
       Error error = io_error(fmt::format("join multicast group {}", config_.multicast_group), why);
       if (why == ENODEV || why == EADDRNOTAVAIL) error.code = ErrorCode::Unavailable;

@@ -60,5 +60,13 @@ TEST(Calendar, ReceiversOffsetOutranksTheTable) {
   EXPECT_EQ(*from_utc({2030, 1, 1, 0, 0, 0, 0}, seconds(19)) - *from_utc({2030, 1, 1, 0, 0, 0, 0}), seconds(1));
 }
 
+TEST(Calendar, DaysOfTheYear) {
+  EXPECT_EQ(day_of_year({.year = 2026, .month = 1, .day = 1}), 1);
+  EXPECT_EQ(day_of_year({.year = 2026, .month = 12, .day = 31}), 365);
+  EXPECT_EQ(day_of_year({.year = 2024, .month = 3, .day = 1}), 61);
+  EXPECT_EQ(day_of_year({.year = 2000, .month = 12, .day = 31}), 366);
+  EXPECT_EQ(day_of_year({.year = 2100, .month = 3, .day = 1}), 60) << "2100 is no leap year";
+}
+
 }  // namespace
 }  // namespace hueline

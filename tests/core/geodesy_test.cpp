@@ -4,6 +4,8 @@
 
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/LocalCartesian.hpp>
+#include <limits>
+#include <numbers>
 #include <random>
 
 #include "core/angle.hpp"
@@ -37,6 +39,16 @@ TEST(Geodesy, LocalLevelEqualsGeographicLib) {
   local.Forward(39.91, 116.28, 70, x, y, z);
   const Point<Enu> p = T_ecef_enu.inverse() * to_ecef({39.91 * kRadPerDeg, 116.28 * kRadPerDeg, 70});
   EXPECT_LT((p.xyz - Eigen::Vector3d(x, y, z)).norm(), 5e-9);
+}
+
+TEST(Geodesy, PlacesThatAreNone) {
+  constexpr double kPi = std::numbers::pi;
+  EXPECT_TRUE(is_on_earth({kPi / 2, -kPi, 8848}));
+  EXPECT_FALSE(is_on_earth({kPi / 2 + 1e-9, 0, 0}));
+  EXPECT_FALSE(is_on_earth({0, -kPi - 1e-9, 0}));
+  EXPECT_FALSE(is_on_earth({0, 0, 1e5}));
+  EXPECT_FALSE(is_on_earth({std::numeric_limits<double>::quiet_NaN(), 0, 0}));
+  EXPECT_FALSE(is_on_earth({0, 0, -2e10})) << "a receiver's word for a number that it does not know";
 }
 
 }  // namespace

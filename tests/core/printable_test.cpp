@@ -84,5 +84,10 @@ TEST(Printable, MakesAnythingSafeAndOnlyOnce) {
   }
 }
 
+TEST(AsMarkup, WritesOutWhatHtmlAndXmlTakeForMarkup) {
+  EXPECT_EQ(as_markup("<b>\"Bäume\" & Häuser</b>"), "&lt;b&gt;&quot;Bäume&quot; &amp; Häuser&lt;/b&gt;");
+  EXPECT_EQ(as_markup("&lt;"), "&amp;lt;") << "text that is markup already is text like any other";
+}
+
 }  // namespace
 }  // namespace hueline
