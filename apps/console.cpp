@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ConsoleOptions {
   std::string drives, page, rigs, scenarios, hueline, users, address = "127.0.0.1", certificate, key;
   int port = 8765;
   double hours = 4;
@@ -52,13 +52,13 @@ fs::path own_folder() {
   return fs::read_symlink("/proc/self/exe", failed).parent_path();
 }
 
-fs::path users_file(const Options& options) {
+fs::path users_file(const ConsoleOptions& options) {
   return options.users.empty() ? settings() / "console-users.json" : fs::path(options.users);
 }
 
 bool is_local(const std::string& address) { return address == "127.0.0.1" || address == "::1"; }
 
-int serve(const Options& options) {
+int serve(const ConsoleOptions& options) {
   if (options.is_plain && !is_local(options.address)) {
     log_error("--plain sends passwords in clear, so it is for this computer only: leave out --plain or --address");
     return kWrongUse;
@@ -152,7 +152,7 @@ std::string read_password(const char* question) {
   return line;
 }
 
-int change_users(const Options& options, const std::function<Status(console::Users&)>& change) {
+int change_users(const ConsoleOptions& options, const std::function<Status(console::Users&)>& change) {
   const fs::path file = users_file(options);
   std::error_code ignored;
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), ignored);
@@ -164,7 +164,7 @@ int change_users(const Options& options, const std::function<Status(console::Use
   return done.error().code == ErrorCode::Io ? kOutputRefused : kWrongUse;
 }
 
-int add_user(const Options& options) {
+int add_user(const ConsoleOptions& options) {
   const std::string password = read_password("password: ");
   if (isatty(STDIN_FILENO) != 0 && read_password("again: ") != password) {
     log_error("the two passwords differ");
@@ -177,7 +177,7 @@ int add_user(const Options& options) {
   return status;
 }
 
-int make_token(const Options& options) {
+int make_token(const ConsoleOptions& options) {
   return change_users(options, [&](console::Users& users) -> Status {
     const auto token = users.make_token(options.name);
     if (!token.ok()) return token.error();
@@ -187,7 +187,7 @@ int make_token(const Options& options) {
 }
 
 void add_commands(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConsoleOptions>();
   Command serve_command = all.command("serve", "serve the operator's page, and Foxglove clients");
   serve_command.required("--drives", options->drives, "folder of the drives; a drive gets a folder in it");
   serve_command.option("--rigs", options->rigs, "folder of the rigs (YAML) that can be driven");

@@ -17,7 +17,8 @@ namespace {
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
 constexpr nanoseconds kAdvance{10'000'000};  // so much is coloured at once, so that there is work for all threads
-constexpr nanoseconds kAtOnce{10'000};  // lenses exposed less than this apart are exposed at once: 0.3 mm at 30 m/s
+constexpr nanoseconds kExposedAtOnce{
+    10'000};  // lenses exposed less than this apart are exposed at once: 0.3 mm at 30 m/s
 constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
 }  // namespace
 
@@ -210,7 +211,7 @@ void Colouring::tell_lenses(const Exposure& exposure, Moment& moment) const {
       moment.reported[i] = *part;
     }
     const nanoseconds late = exposure.exposure_mid + lateness_of(exposure, lens) - moment.time;
-    moment.lateness[i] = std::chrono::abs(late) < kAtOnce ? 0.0f : static_cast<float>(to_seconds(late));
+    moment.lateness[i] = std::chrono::abs(late) < kExposedAtOnce ? 0.0f : static_cast<float>(to_seconds(late));
   }
 }
 

@@ -28,7 +28,7 @@ constexpr std::size_t kUserData = 17, kPointSource = 20;  // bytes of a record o
 constexpr std::size_t kBatch = 65536;                     // points that are read at once
 
 /// A strip's number, or column and row of a tile.
-using Key = std::pair<std::int64_t, std::int64_t>;
+using Cell = std::pair<std::int64_t, std::int64_t>;
 
 /// What is known of a part before it is written.
 struct Plan {
@@ -72,12 +72,12 @@ class Splitter {
     if (Status counted = count(); !counted) return counted.error();
     // Parts whose points lie far from each other in the cloud would be open for long: what finds no place now is
     // written when the cloud is read once more.
-    std::map<Key, Plan*> left;
+    std::map<Cell, Plan*> left;
     for (auto& [key, plan] : plans_) left[key] = &plan;
     while (!left.empty()) {
-      const std::vector<Key> chosen = choose(left);
+      const std::vector<Cell> chosen = choose(left);
       if (Status written = write(chosen); !written) return written.error();
-      for (const Key& key : chosen) left.erase(key);
+      for (const Cell& key : chosen) left.erase(key);
     }
     std::sort(done_.parts.begin(), done_.parts.end(), [](const auto& a, const auto& b) { return a.file < b.file; });
     return std::move(done_);
@@ -86,16 +86,16 @@ class Splitter {
  private:
   bool is_strip() const { return split_.kind != CloudSplit::Kind::Tile; }
 
-  Result<Key> key_of(const LasPoint& point, std::optional<GpsTime> time) const {
+  Result<Cell> key_of(const LasPoint& point, std::optional<GpsTime> time) const {
     if (!is_strip())
-      return Key{static_cast<std::int64_t>(std::floor(point.x / split_.size)),
-                 static_cast<std::int64_t>(std::floor(point.y / split_.size))};
+      return Cell{static_cast<std::int64_t>(std::floor(point.x / split_.size)),
+                  static_cast<std::int64_t>(std::floor(point.y / split_.size))};
     if (!time)
       return Error{ErrorCode::Invalid,
                    "the times of the cloud have no week: it cannot be cut into strips (tile:100m can)"};
     if (split_.kind == CloudSplit::Kind::Time)
-      return Key{count_ns(*time) / std::max<std::int64_t>(1, from_seconds(split_.size).count()), 0};
-    return Key{std::upper_bound(ends_.begin(), ends_.end(), *time) - ends_.begin(), 0};
+      return Cell{count_ns(*time) / std::max<std::int64_t>(1, from_seconds(split_.size).count()), 0};
+    return Cell{std::upper_bound(ends_.begin(), ends_.end(), *time) - ends_.begin(), 0};
   }
 
   /// Calls use(point, its number, key, time) for every point. `use` returns a Status.
@@ -110,7 +110,7 @@ class Splitter {
       if (points.empty()) return {};
       for (const LasPoint& point : points) {
         const std::optional<GpsTime> time = reader_.gps_time(point);
-        const Result<Key> key = key_of(point, time);
+        const Result<Cell> key = key_of(point, time);
         if (!key) return key.error();
         if (Status used = use(point, index++, *key, time.value_or(GpsTime{})); !used) return used;
       }
@@ -119,7 +119,7 @@ class Splitter {
 
   Status count() {
     const std::size_t most = is_strip() ? std::numeric_limits<std::uint16_t>::max() : kMostParts;
-    Status counted = for_each([&](const LasPoint& point, std::uint64_t index, const Key& key, GpsTime time) -> Status {
+    Status counted = for_each([&](const LasPoint& point, std::uint64_t index, const Cell& key, GpsTime time) -> Status {
       plans_[key].add(point, index, time);
       if (plans_.size() <= most) return {};
       return Error{ErrorCode::Invalid, fmt::format("there would be more than {} parts: give a greater size", most)};
@@ -134,11 +134,11 @@ class Splitter {
   }
 
   /// Returns the parts that one reading can write: at no place of the cloud are more than kMostOpen of them open.
-  static std::vector<Key> choose(const std::map<Key, Plan*>& left) {
-    std::vector<std::pair<Key, const Plan*>> in_order(left.begin(), left.end());
+  static std::vector<Cell> choose(const std::map<Cell, Plan*>& left) {
+    std::vector<std::pair<Cell, const Plan*>> in_order(left.begin(), left.end());
     std::sort(in_order.begin(), in_order.end(),
               [](const auto& a, const auto& b) { return a.second->first_index < b.second->first_index; });
-    std::vector<Key> out;
+    std::vector<Cell> out;
     std::vector<std::uint64_t> open;  // where each open part ends
     for (const auto& [key, plan] : in_order) {
       const std::uint64_t begin = plan->first_index;
@@ -158,9 +158,9 @@ class Splitter {
     std::uint64_t left = 0;
   };
 
-  Status write(const std::vector<Key>& chosen) {
-    std::map<Key, Open> open;
-    return for_each([&](const LasPoint& point, std::uint64_t index, const Key& key, GpsTime) -> Status {
+  Status write(const std::vector<Cell>& chosen) {
+    std::map<Cell, Open> open;
+    return for_each([&](const LasPoint& point, std::uint64_t index, const Cell& key, GpsTime) -> Status {
       const Plan& plan = plans_.at(key);
       auto at = open.find(key);
       if (at == open.end()) {
@@ -186,7 +186,7 @@ class Splitter {
     });
   }
 
-  std::string name_of(const Key& key, const Plan& plan, std::uint16_t strip) const {
+  std::string name_of(const Cell& key, const Plan& plan, std::uint16_t strip) const {
     if (!is_strip())
       return fmt::format("tile_{}_{}_{:g}m", fmt::format("{:.10g}", static_cast<double>(key.first) * split_.size),
                          fmt::format("{:.10g}", static_cast<double>(key.second) * split_.size), split_.size);
@@ -195,7 +195,7 @@ class Splitter {
                        utc.minute, utc.second);
   }
 
-  Result<Open> create(const Key& key, const Plan& plan) {
+  Result<Open> create(const Cell& key, const Plan& plan) {
     CloudPart part;
     if (is_strip()) part.strip = static_cast<std::uint16_t>(key.first - plans_.begin()->first.first + 1);
     part.file = name_of(key, plan, part.strip) + (is_copc_ ? ".part.laz" : ".laz");
@@ -239,7 +239,7 @@ class Splitter {
   bool is_copc_;
   CloudExport options_;
   std::vector<storage::LasVlr> records_;
-  std::map<Key, Plan> plans_;
+  std::map<Cell, Plan> plans_;
   SplitCloud done_;
 };
 

@@ -26,11 +26,11 @@ constexpr std::size_t kInfoSize = 160;
 constexpr std::size_t kEvlrHead = 60;
 
 /// A place in the octree: level, and x, y, z counted in nodes of that level.
-struct Key {
+struct NodeKey {
   std::uint32_t level = 0, x = 0, y = 0, z = 0;
-  auto operator<=>(const Key&) const = default;
+  auto operator<=>(const NodeKey&) const = default;
 };
-Key parent(const Key& key, std::uint32_t level) {
+NodeKey parent(const NodeKey& key, std::uint32_t level) {
   const std::uint32_t up = key.level - level;
   return {level, key.x >> up, key.y >> up, key.z >> up};
 }
@@ -152,7 +152,7 @@ class Octree {
           while (end < part.end && cells[end].code >> shift == cells[i].code >> shift) ++end;
           const auto octant = static_cast<std::size_t>(cells[i].code >> shift & 7);
           nodes_[part.node].children[octant] = nodes_.size();
-          const Key& up = nodes_[part.node].key;
+          const NodeKey& up = nodes_[part.node].key;
           const auto bit = [octant](unsigned k) { return static_cast<std::uint32_t>(octant >> k & 1); };
           next.push_back({i, end, nodes_.size(), part.left * (1 - stays)});
           nodes_.push_back({{level + 1, up.x * 2 + bit(2), up.y * 2 + bit(1), up.z * 2 + bit(0)}});
@@ -175,7 +175,7 @@ class Octree {
     return node;
   }
   std::size_t size() const { return nodes_.size(); }
-  const Key& key(std::size_t node) const { return nodes_[node].key; }
+  const NodeKey& key(std::size_t node) const { return nodes_[node].key; }
 
  private:
   static constexpr std::uint64_t kAll = 1ull << 53;
@@ -187,7 +187,7 @@ class Octree {
     return value ^ value >> 31;
   }
   struct Node {
-    Key key;
+    NodeKey key;
     std::uint64_t stays = kAll;  // of 2^53
     std::array<std::size_t, 8> children{};
   };
@@ -226,21 +226,21 @@ std::string info_record(const Cube& cube, double spacing, std::uint64_t page_off
 std::pair<Bytes, std::uint64_t> hierarchy(const Octree& tree, const std::vector<LazFile::Place>& places,
                                           std::uint64_t offset) {
   struct Entry {
-    Key key;
+    NodeKey key;
     std::uint64_t offset;
     std::int32_t bytes, points;
   };
-  std::map<Key, std::vector<Entry>> pages;  // by their first node
-  const auto page_of = [](const Key& key) { return parent(key, key.level / kPageLevels * kPageLevels); };
+  std::map<NodeKey, std::vector<Entry>> pages;  // by their first node
+  const auto page_of = [](const NodeKey& key) { return parent(key, key.level / kPageLevels * kPageLevels); };
   for (std::size_t node = 0; node < places.size(); ++node) {
     const auto& [at, size] = places[node];
-    const Key& key = tree.key(node);
+    const NodeKey& key = tree.key(node);
     pages[page_of(key)].push_back(
         {key, at, static_cast<std::int32_t>(size.bytes), static_cast<std::int32_t>(size.points)});
     if (key.level > 0 && key.level % kPageLevels == 0)  // this node begins a page: the page above leads to it
       pages[page_of(parent(key, key.level - 1))].push_back({key, 0, 0, -1});
   }
-  std::map<Key, std::pair<std::uint64_t, std::int32_t>> where;
+  std::map<NodeKey, std::pair<std::uint64_t, std::int32_t>> where;
   std::uint64_t at = offset;
   for (const auto& [key, entries] : pages) {
     const std::uint64_t size = 32 * entries.size();

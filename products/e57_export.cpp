@@ -11,7 +11,7 @@ namespace hueline::products {
 namespace {
 
 using storage::LasPoint;
-constexpr std::size_t kBatch = 65536;  // points
+constexpr std::size_t kPointsAtOnce = 65536;  // points
 
 }  // namespace
 
@@ -41,7 +41,7 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   storage::Bytes bytes;
   double first = 0, last = 0;  // adjusted standard GPS time of the first point, and the latest
   while (true) {
-    const Status read = reader->next(points, kBatch);
+    const Status read = reader->next(points, kPointsAtOnce);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
     done.source_was_cut = !read;
     if (points.empty()) break;

@@ -14,7 +14,7 @@ using storage::LasExtraField;
 using storage::LasPoint;
 using storage::LasType;
 
-constexpr std::size_t kBatch = 65536;  // points
+constexpr std::size_t kPointsInBatch = 65536;  // points
 
 /// PLY has neither whole numbers of 64 bits nor scales.
 bool is_number_as_it_is(const LasExtraField& field) {
@@ -62,7 +62,7 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
   std::vector<LasPoint> points;
   storage::Bytes bytes;
   while (true) {
-    const Status read = reader->next(points, kBatch);
+    const Status read = reader->next(points, kPointsInBatch);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
     done.source_was_cut = !read;
     if (points.empty()) break;

@@ -81,8 +81,8 @@ Status check_length(const InputFile& file) {
 }
 
 bool is_packed(std::span<const std::byte> message) {
-  constexpr unsigned char kMagic[4] = {0x28, 0xB5, 0x2F, 0xFD};  // of Zstandard; a CDR message begins with 0
-  return message.size() > 4 && std::memcmp(message.data(), kMagic, 4) == 0;
+  constexpr unsigned char kPackedMagic[4] = {0x28, 0xB5, 0x2F, 0xFD};  // of Zstandard; a CDR message begins with 0
+  return message.size() > 4 && std::memcmp(message.data(), kPackedMagic, 4) == 0;
 }
 
 /// rosbag2's SQLite storage: tables `topics` and `messages`.

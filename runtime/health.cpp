@@ -23,8 +23,6 @@ constexpr nanoseconds kFaultLasts{std::chrono::seconds(10)};
 constexpr nanoseconds kAllSilent{std::chrono::seconds(8)};  // longer than the silence that ends a drive by itself
 constexpr double kReserve = 64e6;                           // bytes of the disk that the products leave
 
-double seconds(nanoseconds time) { return to_seconds(time); }
-
 /// Returns what a sensor of this role is there for.
 const char* data_of(drivers::Role role) {
   switch (role) {
@@ -114,7 +112,7 @@ void Health::on_packet(const Packet& packet) {
   if (packet.kind == PacketKind::Tick) {
     if (const auto free = decode_tick(packet.bytes.bytes())) {
       free_bytes_ = *free;
-      outlook_.note(seconds(active_), *free);
+      outlook_.note(to_seconds(active_), *free);
     }
     return;
   }
@@ -351,7 +349,7 @@ void Health::judge_connection(SensorId id, Sensor& sensor) {
   // What is gone is silent of course.
   const bool is_silent = sensor.first && !sensor.gone && active_ - *sensor.last > sensor.silent_after;
   set(id, Trouble::Silent, is_silent ? alarm : ok, sensor.last.value_or(active_),
-      fmt::format("connected, but sends nothing ({} s)", seconds(sensor.silent_after)),
+      fmt::format("connected, but sends nothing ({} s)", to_seconds(sensor.silent_after)),
       sensor.role == drivers::Role::Pps ? "check the cable of the PPS and the antenna" : "is the device set to send?");
 }
 
@@ -375,7 +373,7 @@ void Health::judge_data(SensorId id, Sensor& sensor) {
   const bool is_uncertain =
       is_timed && sends && sensor.sigma > limits_.time_sigma && active_ - sensor.sigma_ok > kAtOnce;
   set(id, Trouble::TimeSigma, is_uncertain ? HealthLevel::Warning : ok, sensor.sigma_ok,
-      fmt::format("its times have a sigma of {:.0f} us{}{}", seconds(sensor.sigma) * 1e6,
+      fmt::format("its times have a sigma of {:.0f} us{}{}", to_seconds(sensor.sigma) * 1e6,
                   sensor.words.empty() ? "" : "; it says: ", sensor.words),
       sensor.role == drivers::Role::Laser ? "check the PPS and the GPRMC into the scanner"
       : sensor.mark_input > 0             ? "check the wire of the strobe"
@@ -521,8 +519,8 @@ void Health::judge_disk() {
   if (!free_bytes_) return;
   // Before the fall of the free space is known, what this drive itself writes is all that is known. It also counts
   // where the disk is so full that the products end.
-  const double written =
-      (static_cast<double>(bytes_) + point_bytes_ * static_cast<double>(all_points_)) / std::max(seconds(active_), 5.0);
+  const double written = (static_cast<double>(bytes_) + point_bytes_ * static_cast<double>(all_points_)) /
+                         std::max(to_seconds(active_), 5.0);
   const double free = static_cast<double>(*free_bytes_);
   const auto fill = outlook_.fill();
   const double rate = !fill                  ? written
@@ -549,38 +547,38 @@ void Health::set(SensorId id, Trouble trouble, HealthLevel level, nanoseconds si
     state.episode = episodes_.size();
     if (episodes_.size() < kMostEpisodes) {
       since = std::min(since, active_);
-      episodes_.push_back({id, trouble, level, cause, action, seconds(since), seconds(active_), gps_at(since),
+      episodes_.push_back({id, trouble, level, cause, action, to_seconds(since), to_seconds(active_), gps_at(since),
                            gps_at(active_), path_m_, path_m_, place_, true});
     } else {
       ++not_kept_;
       state.episode = kMostEpisodes;
     }
-    changes_.push_back({id, level, trouble, cause, action, seconds(active_), gps_});
+    changes_.push_back({id, level, trouble, cause, action, to_seconds(active_), gps_});
     return;
   }
   if (level == HealthLevel::Ok) {
     if (episode) {
       episode->lasts = false;
-      episode->end_s = seconds(active_);
+      episode->end_s = to_seconds(active_);
       episode->end = gps_;
       episode->end_m = path_m_;
     }
-    changes_.push_back({id, level, trouble, episode ? episode->cause : name(trouble), {}, seconds(active_), gps_});
+    changes_.push_back({id, level, trouble, episode ? episode->cause : name(trouble), {}, to_seconds(active_), gps_});
     return;
   }
   if (episode && level > episode->level) episode->level = level;
-  changes_.push_back({id, level, trouble, cause, action, seconds(active_), gps_});
+  changes_.push_back({id, level, trouble, cause, action, to_seconds(active_), gps_});
 }
 
 void Health::tell(SensorId sensor, std::string what) {
-  changes_.push_back({sensor, HealthLevel::Ok, {}, std::move(what), {}, seconds(active_), gps_});
+  changes_.push_back({sensor, HealthLevel::Ok, {}, std::move(what), {}, to_seconds(active_), gps_});
 }
 
 void Health::finish() {
   is_over_ = true;
   for (HealthEpisode& episode : episodes_) {
     if (!episode.lasts) continue;
-    episode.end_s = seconds(active_);
+    episode.end_s = to_seconds(active_);
     episode.end = gps_;
     episode.end_m = path_m_;
   }

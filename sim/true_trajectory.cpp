@@ -10,7 +10,7 @@
 
 namespace hueline::sim {
 namespace {
-constexpr GpsNs kSecond = 1'000'000'000, kWeek = 604'800 * kSecond, kStep = kSecond / 200;
+constexpr GpsNs kSecond = 1'000'000'000, kWeek = 604'800 * kSecond, kStep_ns = kSecond / 200;
 constexpr double kWander =
     0.02;  // rad; POSPac's is the longitude that was crossed since the start, times the sine of the latitude
 }  // namespace
@@ -22,7 +22,7 @@ Status write_true_trajectory(const Scenario& scenario, const Drive& drive, const
   const Mat3 R_ecef_scene = R_ecef_enu(origin);
   const GpsNs week = drive.begin_gps_ns / kWeek * kWeek;
   ByteWriter out(path);
-  for (GpsNs t = drive.begin_gps_ns - 30 * kSecond; t <= drive.end_gps_ns + 5 * kSecond; t += kStep) {
+  for (GpsNs t = drive.begin_gps_ns - 30 * kSecond; t <= drive.end_gps_ns + 5 * kSecond; t += kStep_ns) {
     const TrueState state = motion.state(t);
     const GeodeticPlace place = geodetic_from_ecef(origin_ecef + R_ecef_scene * state.T_enu_body.p);
     const Mat3 R_local_ecef = transposed(R_ecef_enu(place));

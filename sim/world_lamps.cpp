@@ -35,7 +35,7 @@ const Mat3& turn_of(const Moment& at, const NightLamp& lamp) {
                                                 : at.T_mover_enu[static_cast<std::size_t>(lamp.carrier)].R;
 }
 
-void add(Radiance& sum, float share, const Radiance& light) {
+void add_light(Radiance& sum, float share, const Radiance& light) {
   sum = {sum.r + share * light.r, sum.g + share * light.g, sum.b + share * light.b};
 }
 
@@ -78,14 +78,14 @@ Radiance World::with_lamps(const Moment& at, const Ray& ray, const Seen& s, cons
     const double d = std::sqrt(d2);
     const Vec3 to = (1 / d) * between;
     // Light that the street reflects reaches every side of what is near a lamp.
-    if (!lamp.is_headlight) add(light, 0.012f / static_cast<float>(1 + 0.1 * d2), lamp.power);
+    if (!lamp.is_headlight) add_light(light, 0.012f / static_cast<float>(1 + 0.1 * d2), lamp.power);
     double facing = dot(to, s.normal);
     if (s.material == Material::Leaf) facing = 0.35 + 0.5 * std::abs(facing);  // as in the sun
     if (facing <= 0 || facing * lamp.power.r < kDarkest * d2) continue;
     const double spread = lamp.is_headlight ? dipped(-1.0 * (turn_of(at, lamp) * to)) : std::max(0.0, to.z);
     const auto share = static_cast<float>(spread * facing / (0.25 + d2));
     if (share * lamp.power.r < kDarkest || !is_lit_by(at, lamp, place, to, d)) continue;
-    add(light, share, lamp.power);
+    add_light(light, share, lamp.power);
   }
   Radiance out{by_day.r + s.albedo.r * light.r, by_day.g + s.albedo.g * light.g, by_day.b + s.albedo.b * light.b};
   if (s.material == Material::CarEnd && contact.mover >= 0 && config_.car_lights > 0) {
@@ -93,8 +93,8 @@ Radiance World::with_lamps(const Moment& at, const Ray& ray, const Seen& s, cons
     const float glass = headlight_share(t);
     const bool is_front = dot(s.normal, at.T_enu_mover[static_cast<std::size_t>(contact.mover)].R * Vec3{0, 1, 0}) > 0;
     const float bright = glass * kHeadlightLuminance * 100 * static_cast<float>(config_.car_lights);
-    add(out, is_front ? 1.0f : 0.05f,
-        is_front ? Radiance{bright, bright, 0.9f * bright} : Radiance{bright, 0.06f * bright, 0.04f * bright});
+    add_light(out, is_front ? 1.0f : 0.05f,
+              is_front ? Radiance{bright, bright, 0.9f * bright} : Radiance{bright, 0.06f * bright, 0.04f * bright});
   }
   return out;
 }

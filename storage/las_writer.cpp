@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kGrid_m = 0.001;     // m
 constexpr double kOffsetStep = 1000;  // offsets are whole kilometres, so that the numbers in the header are short
-constexpr int kFormat = 7;
+constexpr int kCloudFormat = 7;
 
-constexpr std::size_t kBuffered = 16384;  // points in one write of LAS
+constexpr std::size_t kPointsBuffered = 16384;  // points in one write of LAS
 
 /// The record that holds the table of a LAZ file while it is written, and the bytes of each of its two places.
 constexpr const char* kTableUser = "hueline";
@@ -91,14 +91,14 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   header_.creation_day = day_of_year(config_.created);
   header_.header_size = kLasHeaderSize14;
   header_.vlr_count = 2;
-  header_.point_format = kFormat;
-  std::size_t size = las_point_size(kFormat);
+  header_.point_format = kCloudFormat;
+  std::size_t size = las_point_size(kCloudFormat);
   for (const LasExtraField& field : extra) size += size_of(field.type);
   header_.point_size = static_cast<std::uint16_t>(size);
-  buffer_.resize((config_.compress ? kLazChunkPoints : kBuffered) * size);
+  buffer_.resize((config_.compress ? kLazChunkPoints : kPointsBuffered) * size);
   if (config_.compress) {
     laz_ = std::make_unique<Compression>();
-    laz_->kind = {kFormat, size};
+    laz_->kind = {kCloudFormat, size};
     header_.point_format |= kLazFlag;
     append_vlr(records, laz_vlr(laz_->kind, kLazChunkPoints));
     ++header_.vlr_count;
@@ -169,7 +169,7 @@ Status LasWriter::check(const Geodetic& origin, std::size_t extra_size) const {
   const Geodetic &a = origin, &b = projection_.origin();
   if (a.latitude != b.latitude || a.longitude != b.longitude || a.ellipsoidal_height != b.ellipsoidal_height)
     return Error{ErrorCode::Invalid, "a block of points has another origin than the cloud " + path().string()};
-  if (las_point_size(kFormat) + extra_size != header_.point_size)
+  if (las_point_size(kCloudFormat) + extra_size != header_.point_size)
     return Error{ErrorCode::Invalid, "a block of points has other fields than the cloud " + path().string()};
   return {};
 }

@@ -7,7 +7,7 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::size_t kBlock = 256 * 1024;
+constexpr std::size_t kPiece = 256 * 1024;
 /// Smaller payloads are copied. A copy then costs less than a further piece in writev, and the source's pool gets its
 /// buffer back at once.
 constexpr std::size_t kCopyBelow = 4096;
@@ -45,9 +45,9 @@ void McapChunk::copy_in(ByteView bytes) {
   size_ += bytes.size();
   crc_ = crc32(crc_, bytes);
   while (!bytes.empty()) {
-    if (used_ == kBlock) ++block_, used_ = 0;
-    if (block_ == blocks_.size()) blocks_.push_back(std::make_unique<std::byte[]>(kBlock));
-    const std::size_t step = std::min(bytes.size(), kBlock - used_);
+    if (used_ == kPiece) ++block_, used_ = 0;
+    if (block_ == blocks_.size()) blocks_.push_back(std::make_unique<std::byte[]>(kPiece));
+    const std::size_t step = std::min(bytes.size(), kPiece - used_);
     std::byte* const to = blocks_[block_].get() + used_;
     std::copy_n(bytes.data(), step, to);
     if (!pieces_.empty() && pieces_.back().data() + pieces_.back().size() == to)

@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kFinestStep_m = 1e-6;
 constexpr double kMostSteps = 2147483647.0;
-constexpr std::size_t kMostFields = 300;    // each takes 192 bytes in a record of at most 65535
-constexpr std::size_t kBuffered = 1 << 20;  // bytes in one write
-constexpr int kFormat = 7;
+constexpr std::size_t kMostFields = 300;         // each takes 192 bytes in a record of at most 65535
+constexpr std::size_t kBytesBuffered = 1 << 20;  // bytes in one write
+constexpr int kShotFormat = 7;
 const std::string kImageU(las_extra_name<&ColouredPoint::u>()), kImageV(las_extra_name<&ColouredPoint::v>()),
     kState(las_extra_name<&ColouredPoint::state>());
 
@@ -186,8 +186,8 @@ LasHeader header_of(const Columns& columns, std::span<const ShotColour> points,
   header.header_size = kLasHeaderSize14;
   header.vlr_count = 1;
   header.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + record_of_fields_bytes);
-  header.point_format = kFormat;
-  std::size_t size = las_point_size(kFormat);
+  header.point_format = kShotFormat;
+  std::size_t size = las_point_size(kShotFormat);
   for (const LasExtraField& field : described) size += size_of(field.type);
   header.point_size = static_cast<std::uint16_t>(size);
   header.point_count = header.points_by_return[0] = points.size();
@@ -260,7 +260,7 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
       high[k] = std::max(high[k], steps[k]);
     }
     append_point(out, steps, p, columns, fields.kept);
-    if (out.size() < kBuffered) continue;
+    if (out.size() < kBytesBuffered) continue;
     if (Status written = file->write(out); !written) return written.error();
     out.clear();
   }

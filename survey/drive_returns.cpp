@@ -9,7 +9,8 @@ using namespace calibration;
 
 namespace {
 
-constexpr nanoseconds kPoseStep{2'000'000};  // between poses, which are joined by straight lines: 0.5 urad at 1 rad/s^2
+constexpr nanoseconds kPoseEvery{
+    2'000'000};                              // between poses, which are joined by straight lines: 0.5 urad at 1 rad/s^2
 constexpr nanoseconds kWorstStamp{500'000};  // 4 mm of way at 8 m/s
 
 std::vector<BoresightScanner> scanners_of(const config::Rig& rig) {
@@ -40,17 +41,17 @@ void DriveReturns::on_settled_laser(const StampedLaserBatch& batch, const fusion
   }
   const std::size_t scanner = scanners_.at(batch.sensor);
   std::vector<std::optional<fusion::Pose>> poses;  // at the batch's time and every step after it
-  for (nanoseconds after{0}; after <= span_of(batch) + kPoseStep; after += kPoseStep)
+  for (nanoseconds after{0}; after <= span_of(batch) + kPoseEvery; after += kPoseEvery)
     poses.push_back(trajectory.pose_at(batch.time + after).pose);
   for (const LaserReturn& one : batch.returns) {
     const nanoseconds offset{std::max(0, one.time_offset_ns)};
-    const auto step = static_cast<std::size_t>(offset / kPoseStep);
+    const auto step = static_cast<std::size_t>(offset / kPoseEvery);
     if (!poses[step] || !poses[step + 1]) {
       ++counts_.no_pose;
       continue;
     }
     const fusion::Pose &a = *poses[step], &b = *poses[step + 1];
-    const double share = static_cast<double>((offset % kPoseStep).count()) / static_cast<double>(kPoseStep.count());
+    const double share = static_cast<double>((offset % kPoseEvery).count()) / static_cast<double>(kPoseEvery.count());
     const Transform<Enu, Body> T_enu_body{a.T_enu_body.rotation.slerp(share, b.T_enu_body.rotation),
                                           (1 - share) * a.T_enu_body.translation + share * b.T_enu_body.translation};
     store_.add(scanner, {one.x, one.y, one.z}, batch.time + offset, T_enu_body,

@@ -11,10 +11,10 @@
 namespace hueline::survey {
 namespace {
 
-constexpr float kNearest_m = 1.0f, kFarthest_m = 150.0f;
+constexpr float kNearestView_m = 1.0f, kFarthestView_m = 150.0f;
 constexpr float kBehind_m = 0.2f, kBehind_share = 0.05f;
-constexpr std::size_t kMostWaiting = 32;  // exposures with their images
-constexpr int kCells = 2;                 // of the coarse buffer, in the radius of a disc
+constexpr std::size_t kMostWaitingViews = 32;  // exposures with their images
+constexpr int kCells = 2;                      // of the coarse buffer, in the radius of a disc
 
 fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int threads) {
   config.threads = threads;
@@ -42,7 +42,7 @@ void HeldOutViews::on_exposure(const Exposure& exposure) {
       !some_.chooses(exposure.exposure_mid))
     return colouring_.add(exposure);
   waiting_.push_back({exposure.index, exposure.exposure_mid, exposure.camera, exposure.image, false, {}});
-  if (waiting_.size() > kMostWaiting) waiting_.pop_front();
+  if (waiting_.size() > kMostWaitingViews) waiting_.pop_front();
 }
 
 void HeldOutViews::on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) {
@@ -85,7 +85,7 @@ void HeldOutViews::decide(const Waiting& exposure) {
         R_head_enu * (Eigen::Vector3d(point.east, point.north, point.up) - head_enu).cast<float>();
     const float distance = p.norm();
     fusion::Sight sight;
-    if (distance < kNearest_m || distance > kFarthest_m ||
+    if (distance < kNearestView_m || distance > kFarthestView_m ||
         !projector_.see(p.x(), p.y(), p.z(), has_image.data(), blind, sight))
       continue;
     by_lens[sight.lens].push_back({sight.x, sight.y, distance, &point});

@@ -142,11 +142,12 @@ void ObjectMeasuring::look(const Shot& shot, const Held& point) {
 void ObjectMeasuring::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) {
   origin_ = block.origin;
   // A scanner moves by millimetres from return to return: its place is asked for once in a while.
-  constexpr nanoseconds kStep{1'000'000};
+  constexpr nanoseconds kPlaceEvery{1'000'000};
   std::map<SensorId, std::pair<GpsTime, Eigen::Vector3d>> scanners;
   for (const ColouredPoint& point : block.points) {
     auto [scanner, is_new] = scanners.try_emplace(point.sensor);
-    if (is_new || point.time - scanner->second.first > kStep || scanner->second.first - point.time > kStep) {
+    if (is_new || point.time - scanner->second.first > kPlaceEvery ||
+        scanner->second.first - point.time > kPlaceEvery) {
       const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(),
                                       [&](const auto& one) { return one.sensor == point.sensor; });
       const auto pose = trajectory.pose_at(point.time);

@@ -22,7 +22,7 @@ namespace {
 
 using namespace calibration;
 
-struct Options {
+struct CalibrateBoresightOptions {
   DriveOptions drive;
   std::string out, date;
   double off_deg = 0, off_m = 0, lever_sigma_m = 0.02, correlation_s = 90, near_m = 2, far_m = 35;
@@ -31,7 +31,7 @@ struct Options {
 
 /// Rotates every scanner by off_deg and moves it by off_m, in direction `number` of options.starts. The directions are
 /// spread evenly over the sphere (Fibonacci lattice).
-config::Rig put_off(config::Rig rig, const Options& options, int number) {
+config::Rig put_off(config::Rig rig, const CalibrateBoresightOptions& options, int number) {
   const double z = 1 - (2 * number + 1.0) / options.starts, around = 0.7 + number * 2.399963229728653,
                flat = std::sqrt(1 - z * z);
   const Eigen::Vector3d axis(flat * std::cos(around), flat * std::sin(around), z), aside(axis.z(), axis.x(), axis.y());
@@ -45,8 +45,8 @@ config::Rig put_off(config::Rig rig, const Options& options, int number) {
 }
 
 /// Reads the drive once. `fed` receives the status at its end.
-BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Options& options, ProgressBar& bar,
-                      Status& fed, survey::DriveReturns::Counts& counts) {
+BoresightDrive gather(DriveSource& source, const config::Rig& rig, const CalibrateBoresightOptions& options,
+                      ProgressBar& bar, Status& fed, survey::DriveReturns::Counts& counts) {
   ReturnStore::Config wanted;
   wanted.near_m = options.near_m;
   wanted.far_m = options.far_m;
@@ -99,7 +99,7 @@ void warn_of_lever_arms(const Boresight& found, double sigma_m) {
           one.name, most, sigma_m);
 }
 
-Status write_results(const Options& options, const Boresight& found, const std::string& date) {
+Status write_results(const CalibrateBoresightOptions& options, const Boresight& found, const std::string& date) {
   const auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) return folder.error();
   const std::string data = options.drive.recording.empty() ? options.drive.scenario : options.drive.recording;
@@ -119,7 +119,7 @@ Status write_results(const Options& options, const Boresight& found, const std::
   return {};
 }
 
-int calibrate(const Options& options) {
+int calibrate(const CalibrateBoresightOptions& options) {
   options.drive.check();
   if (options.drive.scenario.empty() && (options.off_deg > 0 || options.off_m > 0 || options.starts > 1))
     throw config::ConfigError("--off-deg, --off-m and --starts are for a --scenario, whose truth is known");
@@ -176,7 +176,7 @@ int calibrate(const Options& options) {
 }  // namespace
 
 void add_calibrate_boresight(Command& calibrate_command) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateBoresightOptions>();
   Command command = calibrate_command.command(
       "boresight", "find the mounting of a scanner from planes that a drive passes at least twice");
   options->drive.declare(

@@ -14,13 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct CalibrateExampleOptions {
   std::string out;
   int stations = 1, seed = 1, threads = 2;
   double points = 3e6, accuracy_mm = 8;
 };
 
-int example(const Options& options) {
+int example(const CalibrateExampleOptions& options) {
   const auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) {
     log_error(folder.error().message);
@@ -80,7 +80,7 @@ int example(const Options& options) {
 }  // namespace
 
 void add_calibrate_example(Command& calibrate) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CalibrateExampleOptions>();
   Command command = calibrate.command("targets-example",
                                       "simulate static scans with sphere targets, decoys, trees and walls, as input of "
                                       "calibrate targets, with the truth");

@@ -20,7 +20,7 @@ using namespace calibration;
 
 constexpr double kUsualSigma_px = 1.0;  // Usual sigma of a corner's coordinate. A larger one is not caused by the lens.
 
-struct Options {
+struct CalibrateLensOptions {
   std::vector<std::string> images;
   std::string board = "chessboard", size, model = "auto", out, dictionary = "DICT_4X4_50";
   double spacing_m = 0.03, marker_m = 0.02;
@@ -28,7 +28,7 @@ struct Options {
   std::string date;
 };
 
-Board board_of(const Options& options) {
+Board board_of(const CalibrateLensOptions& options) {
   Board board;
   board.kind = options.board == "chessboard" ? BoardKind::Chessboard
                : options.board == "circles"  ? BoardKind::AsymmetricCircles
@@ -148,7 +148,7 @@ Status write_reports(const std::filesystem::path& out, const LensCalibration& fo
   return {};
 }
 
-int run(const Options& options) {
+int run(const CalibrateLensOptions& options) {
   const Board board = board_of(options);
   const auto images = images_of(options.images);
   LensReportContext context;
@@ -190,7 +190,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_calibrate_lens(Command& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateLensOptions>();
   Command command = calibrate.command(
       "lens",
       "find focal lengths, principal point and distortion of a lens, with their sigmas, from images of a board");

@@ -26,7 +26,7 @@ namespace {
 
 using namespace calibration;
 
-struct Options {
+struct CalibrateMountOptions {
   DriveOptions drive;
   std::string points, lens_file, scanner, out, date;
   std::string image, cloud, start, image_size = "refuse";
@@ -49,7 +49,7 @@ struct KnownRig {
   std::optional<Transform<Body, CameraHead>> T_body_head;
 };
 
-KnownRig known_of(const Options& options) {
+KnownRig known_of(const CalibrateMountOptions& options) {
   KnownRig out;
   if (!options.lens_file.empty()) {
     config::Section root = config::Section::load_file(options.lens_file);
@@ -75,7 +75,7 @@ KnownRig known_of(const Options& options) {
 /// Returns an empty text if the pose can be that of the rig's lens, and what is wrong otherwise. A resection rotates
 /// with its points. Axes that were exchanged in pairs are therefore noticed only here.
 std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transform<Scanner, Lens>& nominal,
-                             const Options& options) {
+                             const CalibrateMountOptions& options) {
   const double turn = found.rotation.angularDistance(nominal.rotation) * kDegPerRad,
                shift = (found.translation - nominal.translation).norm();
   if (turn > options.far_deg)
@@ -104,7 +104,7 @@ std::string far_from_nominal(const Transform<Scanner, Lens>& found, const Transf
 }
 
 /// Returns the lens of the points. Null, with a logged error, if there is none.
-const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known, const Options& options) {
+const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known, const CalibrateMountOptions& options) {
   const auto lens = std::find_if(known.lenses.begin(), known.lenses.end(), [&](const KnownLens& one) {
     return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1);
   });
@@ -119,7 +119,8 @@ const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known,
 
 /// Returns the pose of the lens from its points. Nothing, with a logged error, if the points do not give one that can
 /// be right.
-std::optional<Resection> resect_lens(const LensCorrespondences& seen, const KnownLens& lens, const Options& options) {
+std::optional<Resection> resect_lens(const LensCorrespondences& seen, const KnownLens& lens,
+                                     const CalibrateMountOptions& options) {
   const auto found = resect(runtime::lens_values(lens.intrinsics), seen.points,
                             {.sigma_px = options.sigma_px, .sigma_point_m = options.sigma_point_m});
   const std::string wrong = !found.ok()    ? found.error().message
@@ -173,7 +174,7 @@ Status write_resection(const std::string& out, const LensCorrespondences& seen, 
   return done;
 }
 
-int resect_lenses(const Options& options, const std::string& date) {
+int resect_lenses(const CalibrateMountOptions& options, const std::string& date) {
   const auto text = read_input(options.points, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
   const auto read = parse_correspondences(*text, options.points);
@@ -205,7 +206,7 @@ int resect_lenses(const Options& options, const std::string& date) {
 }
 
 /// Runs the way of calibrating that the options ask for. Throws config::ConfigError if one of its options is missing.
-int calibrate_mount(const Options& options) {
+int calibrate_mount(const CalibrateMountOptions& options) {
   const std::string date = options.date.empty() ? today() : options.date;
   if (!options.image.empty() || !options.cloud.empty()) {
     if (options.image.empty() || options.cloud.empty() || options.start.empty() || options.lens_file.empty())
@@ -226,7 +227,7 @@ int calibrate_mount(const Options& options) {
 }  // namespace
 
 void add_calibrate_mount(Command& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateMountOptions>();
   Command command = calibrate.command("mount",
                                       "find the mounting of a lens from points measured in image and scan, or of a "
                                       "lens or head by aligning images with laser points");

@@ -26,7 +26,7 @@ namespace {
 using namespace calibration;
 namespace fs = std::filesystem;
 
-struct Options {
+struct CalibrateTargetsOptions {
   std::string targets, stations, out, format, write = "none", method = "known-radius", date;
   std::vector<std::string> scans;
   double radius_m = 0, survey_sigma_mm = 3, precision_mm = 5, accuracy_mm = 8, angle_urad = 17.5, ring_radii = 3,
@@ -41,7 +41,7 @@ double seconds_of(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-TargetsConfig config_of(const Options& options) {
+TargetsConfig config_of(const CalibrateTargetsOptions& options) {
   TargetsConfig config;
   config.method = options.method == "published" ? CentreMethod::LinearFit : CentreMethod::KnownRadius;
   config.noise = {options.precision_mm / 1000, options.accuracy_mm / 1000, options.angle_urad * 1e-6};
@@ -56,7 +56,8 @@ TargetsConfig config_of(const Options& options) {
 
 /// Returns the scan file of each station: from STATION=FILE on the command line, otherwise from the stations' column
 /// `scan`, relative to their file.
-std::map<std::string, std::string> scans_of(const Options& options, const std::vector<SurveyedStation>& stations) {
+std::map<std::string, std::string> scans_of(const CalibrateTargetsOptions& options,
+                                            const std::vector<SurveyedStation>& stations) {
   std::map<std::string, std::string> out;
   for (const SurveyedStation& station : stations)
     if (!station.scan.empty()) out[station.name] = (fs::path(options.stations).parent_path() / station.scan).string();
@@ -105,7 +106,7 @@ struct Survey {
 
 /// Reads both tables. Throws config::ConfigError if a table is wrong, or if they do not fit to each other and to the
 /// scans.
-Survey read_survey(const Options& options) {
+Survey read_survey(const CalibrateTargetsOptions& options) {
   const auto targets_text = read_input(options.targets, kMostTable, "a table"),
              stations_text = read_input(options.stations, kMostTable, "a table");
   for (const auto* text : {&targets_text, &stations_text})
@@ -155,7 +156,7 @@ struct OrientedStations {
 
 /// Orients the scan of each station that has one, and prints a line for each. Adds the scans and the refused stations
 /// to `notes`.
-OrientedStations orient_stations(const Options& options, const Survey& survey,
+OrientedStations orient_stations(const CalibrateTargetsOptions& options, const Survey& survey,
                                  const std::optional<storage::ScanFormat>& format, const TargetsConfig& config,
                                  TargetsRunNotes& notes) {
   OrientedStations out;
@@ -222,7 +223,7 @@ Status write_cloud(const std::string& file, const std::optional<storage::ScanFor
   return done;
 }
 
-int calibrate_targets(const Options& options) {
+int calibrate_targets(const CalibrateTargetsOptions& options) {
   const TargetsConfig config = config_of(options);
   TargetsRunNotes notes;
   notes.date = options.date.empty() ? today() : options.date;
@@ -262,7 +263,7 @@ int calibrate_targets(const Options& options) {
 }  // namespace
 
 void add_calibrate_targets(Command& calibrate) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CalibrateTargetsOptions>();
   Command command = calibrate.command(
       "targets", "orient static scans from sphere targets without manual picking (docs/calibration.md)");
   command.required("--targets", o->targets,

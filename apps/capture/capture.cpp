@@ -35,7 +35,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct CaptureOptions {
   std::string rig;
   std::string out, drives;
   int threads = 2;
@@ -231,7 +231,7 @@ constexpr std::uint64_t kTicksPerLedger = 10;
 
 /// Shows the progress until the sources end, a stop is requested, or the options say that it is time to end. Returns
 /// false if it has reported that drive.mcap is no longer in its place.
-bool watch_run(const Watched& watched, const Options& options, const StopSignals& signals) {
+bool watch_run(const Watched& watched, const CaptureOptions& options, const StopSignals& signals) {
   runtime::LiveRun& run = watched.run;
   Progress progress(options.quiet);
   Silence silence;
@@ -360,7 +360,7 @@ Result<std::filesystem::path> make_drive_folder(const std::filesystem::path& dri
                                           kMostOfOneName, time)};
 }
 
-int capture(const Options& options) {
+int capture(const CaptureOptions& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
@@ -467,7 +467,7 @@ int capture(const Options& options) {
 }  // namespace
 
 void add_capture(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CaptureOptions>();
   Command command = all.command("capture", "record the sensors of a rig, and colour the points while driving");
   command.required("RIG", options->rig,
                    "rig file (YAML) with sensors, mountings and colouring, or the name of a rig that comes with the "

@@ -29,7 +29,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   std::string recording, out, rig, expect, write_expect, junit;
   TrajectoryOptions trajectory;
   double speed = 0;
@@ -43,7 +43,7 @@ int status_of_verdict(const runtime::Summary& summary) {
 }
 
 /// Calls `use` with the POS's solutions of the recording. What is damaged in it is reported when it is replayed.
-Status for_each_own_solution(const Options& options, const std::function<void(const InsSolution&)>& use) {
+Status for_each_own_solution(const ReplayOptions& options, const std::function<void(const InsSolution&)>& use) {
   auto recording = runtime::Recording::open(options.recording, options.rig);
   if (!recording.ok()) return recording.error();
   const Status read = runtime::for_each_solution(
@@ -53,7 +53,7 @@ Status for_each_own_solution(const Options& options, const std::function<void(co
 }
 
 /// Compares the products with what is expected of them. Returns the exit status of the replay, whose own is `status`.
-int judge(const Options& options, int status) {
+int judge(const ReplayOptions& options, int status) {
   if (!options.write_expect.empty()) {
     const Status written = write_expectation(options.write_expect, options.out);
     if (written.ok()) return status;
@@ -89,7 +89,7 @@ class Part {
  public:
   static constexpr double kRunUp_s = 20;
 
-  Part(const Options& options, storage::JournalReader& journal)
+  Part(const ReplayOptions& options, storage::JournalReader& journal)
       : journal_(journal),
         from_s_(options.from_s),
         begin_s_(std::max(0.0, from_s_ - kRunUp_s)),
@@ -131,7 +131,7 @@ class Part {
   std::atomic<double> position_s_{0}, duration_s_{0};
 };
 
-int replay(const Options& options) {
+int replay(const ReplayOptions& options) {
   StopSignals signals;
   auto recording = runtime::Recording::open(options.recording, options.rig);
   if (!recording.ok()) {
@@ -222,7 +222,7 @@ int replay(const Options& options) {
 }  // namespace
 
 void add_replay(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   Command command = all.command(
       "replay", "process a recording again with the same decoders, clocks and colouring; gives the same bytes");
   command.required("RECORDING", options->recording,

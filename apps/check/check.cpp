@@ -27,7 +27,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string rig, disk = ".";
   double seconds = 6, hours = 4;
   int threads = 2;
@@ -92,7 +92,7 @@ class Heard : public runtime::ProductSink {
   std::uint64_t points_ = 0, returns_ = 0;
 };
 
-int check(const Options& options) {
+int check(const CheckOptions& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   std::vector<runtime::Finding> findings = runtime::check_rig(rig);
@@ -210,7 +210,7 @@ int check(const Options& options) {
 }  // namespace
 
 void add_check(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   Command command = all.command(
       "check", "before a drive: check rig, sensors, clocks, disk and computer, and say ready or what is missing");
   command.required("RIG", options->rig, "rig file (YAML), or the name of a rig that comes with the program");

@@ -30,7 +30,7 @@ constexpr double kPictureView = 1.0;    // width of the view, rad
 constexpr double kSplat_share = 0.005;  // radius of a point, of its distance
 constexpr double kLeastReach_px = 8;    // within which something nearer is looked for
 
-struct Options {
+struct ColourOptions {
   std::string image, cloud, out, image_size = "refuse", visibility = "on";
   bool compare = false;
   std::vector<std::string> calibration;
@@ -142,7 +142,7 @@ Status write_comparison(const std::filesystem::path& path, const storage::PcdClo
   return write_output(path, std::string_view(reinterpret_cast<const char*>(jpeg->data()), jpeg->size()));
 }
 
-int colour(const Options& options) {
+int colour(const ColourOptions& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
   if (!calibration.intrinsics)
     throw config::ConfigError("no calibration file holds a lens: lens: of hueline, or one that docs/colour.md lists");
@@ -209,7 +209,7 @@ int colour(const Options& options) {
 }  // namespace
 
 void add_colour(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ColourOptions>();
   Command command = all.command(
       "colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
   command.required("IMAGE", options->image, "image file, PNG or JPEG");

@@ -22,7 +22,7 @@ namespace {
 using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Pose = Transform<Lens, Scanner>;
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
 /// The rows of a matrix, one after another.
 using Numbers = std::vector<double>;
@@ -92,7 +92,7 @@ Numbers camera_matrix(const Numbers& v) { return {v[0], 0, v[2], 0, v[1], v[3], 
 constexpr int kDeepest = 3;  // lists in lists, of a matrix
 
 /// Reads a number, or the numbers in lists. What is neither is left out, so the matrix has too few.
-Numbers flat(const Json& value, int depth = kDeepest) {
+Numbers flat(const PlainJson& value, int depth = kDeepest) {
   if (value.is_number()) return {value.get<double>()};
   Numbers out;
   if (!value.is_array() || depth == 0) return out;
@@ -103,7 +103,7 @@ Numbers flat(const Json& value, int depth = kDeepest) {
   return out;
 }
 
-void read_sensors_calibration(const std::string& path, const Json& param, ShotCalibration& out) {
+void read_sensors_calibration(const std::string& path, const PlainJson& param, ShotCalibration& out) {
   if (param.contains("cam_K")) {
     PublishedLens lens{.K = flat(param.at("cam_K").at("data")),
                        .distortion = flat(param.at("cam_dist").at("data")),
@@ -119,8 +119,8 @@ void read_sensors_calibration(const std::string& path, const Json& param, ShotCa
 }
 
 /// The form of direct_visual_lidar_calibration: the pose is that of the camera in the laser's frame, x y z qx qy qz qw.
-void read_direct_visual(const std::string& path, const Json& root, ShotCalibration& out) {
-  const Json& camera = root.at("camera");
+void read_direct_visual(const std::string& path, const PlainJson& root, ShotCalibration& out) {
+  const PlainJson& camera = root.at("camera");
   const Numbers focal = flat(camera.at("intrinsics"));
   if (focal.size() != 4) throw config::ConfigError(path + ": camera.intrinsics needs fx, fy, cx and cy");
   take_lens({.K = camera_matrix(focal),
@@ -138,7 +138,7 @@ void read_direct_visual(const std::string& path, const Json& root, ShotCalibrati
 }
 
 /// Reads K, D and T by these names.
-bool read_k_d_t(const std::string& path, const Json& root, ShotCalibration& out) {
+bool read_k_d_t(const std::string& path, const PlainJson& root, ShotCalibration& out) {
   const bool has_lens = root.contains("K"), has_pose = root.contains("T");
   if (has_lens)
     take_lens({.K = flat(root.at("K")), .distortion = root.contains("D") ? flat(root.at("D")) : Numbers(), .model = {}},
@@ -335,7 +335,7 @@ void read_published_json(const std::string& path, CalibrationParts& out) {
       ": holds neither K and T, nor a member with param.cam_K or param.sensor_calib (SensorsCalibration), nor "
       "camera.intrinsics (direct_visual_lidar_calibration)";
   try {
-    const Json root = Json::parse(config::read_configuration(path));
+    const PlainJson root = PlainJson::parse(config::read_configuration(path));
     if (!root.is_object()) throw config::ConfigError(path + kForms);
     bool is_known = read_k_d_t(path, root, out.shot);
     for (const auto& [name, member] : root.items()) {
@@ -351,7 +351,7 @@ void read_published_json(const std::string& path, CalibrationParts& out) {
       }
     }
     if (!is_known) throw config::ConfigError(path + kForms);
-  } catch (const Json::exception& e) {
+  } catch (const PlainJson::exception& e) {
     throw config::ConfigError(fmt::format("{}: {}", path, e.what()));
   }
 }

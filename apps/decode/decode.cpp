@@ -14,7 +14,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct DecodeCommandOptions {
   std::string capture, out, near;
   std::vector<std::string> calibration;
 };
@@ -95,7 +95,7 @@ int decode_recording(const DecodeOptions& options) {
   return status == kDone && !is_whole ? kInputUnreadable : status;
 }
 
-int decode(const Options& options) {
+int decode(const DecodeCommandOptions& options) {
   const auto ending = std::filesystem::path(options.out).extension();
   if (ending != ".las" && ending != ".pcd") {
     log_error(options.out + ": the name of the cloud ends with .las or .pcd, which chooses the format");
@@ -130,7 +130,7 @@ int decode(const Options& options) {
 }  // namespace
 
 void add_decode(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DecodeCommandOptions>();
   Command command = all.command(
       "decode",
       "make clouds of the laser scanners in a capture file or a recording of ROS, in each scanner's own frame");

@@ -14,12 +14,12 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct DoctorOptions {
   std::string rig, root = "/";
   bool fixes = false;
 };
 
-int doctor(const Options& options) {
+int doctor(const DoctorOptions& options) {
   std::optional<config::Rig> rig;
   if (!options.rig.empty()) rig = config::load_rig(options.rig);
   const std::vector<runtime::HostSetting> unset = runtime::find_unset(options.root, rig ? &*rig : nullptr);
@@ -51,7 +51,7 @@ int doctor(const Options& options) {
 }  // namespace
 
 void add_doctor(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorOptions>();
   Command command = all.command(
       "doctor", "find and explain the settings of this computer that disturb a capture, and set them if asked to");
   command.option("RIG", options->rig, "rig file (YAML), or the name of a shipped one, for what its devices need");

@@ -14,7 +14,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct CutOptions {
   std::string recording, out;
   double from_s = 0, to_s = -1;
   std::vector<std::string> without;
@@ -39,7 +39,7 @@ Result<std::vector<bool>> find_sensors(const storage::JournalHeader& header, con
   return out;
 }
 
-int cut(const Options& options, bool recovers) {
+int cut(const CutOptions& options, bool recovers) {
   const std::string path = runtime::drive_file(options.recording);
   auto journal = storage::JournalReader::open(path);
   if (!journal.ok()) {
@@ -80,7 +80,7 @@ int cut(const Options& options, bool recovers) {
 }  // namespace
 
 void add_cut(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CutOptions>();
   Command command = all.command("cut", "copy some time or some sensors of a recording into a new one");
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder").reads(options->recording);
   command.required("--out", options->out, "the new recording, an .mcap file").writes(options->out);
@@ -93,7 +93,7 @@ void add_cut(Command& all) {
 }
 
 void add_recover(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CutOptions>();
   Command command = all.command(
       "recover", "copy everything that is whole in a recording that was cut or damaged into a new one, which is whole");
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder; it is only read")

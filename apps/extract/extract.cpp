@@ -18,7 +18,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct ExtractOptions {
   std::string recording, sensor, out;
   int port = 2368;
 };
@@ -40,7 +40,7 @@ struct Extracted {
   std::string how;  ///< of the sentence about it
 };
 
-Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const Options& options) {
+Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const ExtractOptions& options) {
   Extracted out;
   out.how = "as received";
   auto file = storage::FileWriter::create(options.out, IfExists::Replace);
@@ -75,7 +75,7 @@ Extracted extract_stream(runtime::Recording& recording, SensorId sensor, PgrFile
 }
 
 /// Writes a capture file of the datagrams, with the times of their arrival.
-Extracted extract_datagrams(runtime::Recording& recording, SensorId sensor, const Options& options) {
+Extracted extract_datagrams(runtime::Recording& recording, SensorId sensor, const ExtractOptions& options) {
   Extracted out;
   auto times = ArrivalTimes::open(recording);
   if (!times.ok()) {
@@ -106,7 +106,7 @@ Extracted extract_datagrams(runtime::Recording& recording, SensorId sensor, cons
   return out;
 }
 
-int extract(const Options& options) {
+int extract(const ExtractOptions& options) {
   auto recording = runtime::Recording::open(options.recording);
   if (!recording.ok()) {
     log_error(recording.error().message);
@@ -152,7 +152,7 @@ int extract(const Options& options) {
 }  // namespace
 
 void add_extract(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExtractOptions>();
   Command command =
       all.command("extract", "write what a device sent as the maker's own file, for the maker's or others' programs");
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder").reads(options->recording);

@@ -16,7 +16,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct ImportCommandOptions {
   std::string bag, out, origin;
   std::vector<std::string> clouds;
 };
@@ -31,7 +31,7 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
   return Geodetic{latitude * kDegree, longitude * kDegree, height};
 }
 
-int import_recording(const Options& options) {
+int import_recording(const ImportCommandOptions& options) {
   ImportOptions what{options.bag, options.out, {}, options.clouds};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
@@ -60,7 +60,7 @@ int import_recording(const Options& options) {
 }  // namespace
 
 void add_import(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportCommandOptions>();
   Command command = all.command("import", "make a drive of a recording of ROS, with a rig file to complete");
   command.required("RECORDING", options->bag, "MCAP, .db3, a folder of them, or .bag").reads(options->bag);
   command.required("--out", options->out, "folder of the drive").writes_into(options->out);

@@ -8,8 +8,6 @@
 
 namespace hueline::apps {
 
-using Json = nlohmann::ordered_json;
-
 Inspection inspect_bag(const std::string& path) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return {nullptr, bag.error()};
@@ -36,8 +34,8 @@ Inspection inspect_bag(const std::string& path) {
     ++count.messages;
     count.bytes += message->data.size();
   }
-  out.found = std::make_unique<Json>();
-  Json& json = *out.found;
+  out.found = std::make_unique<nlohmann::ordered_json>();
+  nlohmann::ordered_json& json = *out.found;
   json["format"] = "recording of ROS";
   json["messages"] = messages;
   if (messages > 0) {
@@ -45,10 +43,10 @@ Inspection inspect_bag(const std::string& path) {
     json["duration_s"] = to_seconds(last - first);
   }
   if (damages > 0) json["damaged_parts"] = damages;
-  auto& topics = json["topics"] = Json::array();
+  auto& topics = json["topics"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < (*bag)->topics().size(); ++i) {
     const rosbag::BagTopic& topic = (*bag)->topics()[i];
-    Json one = {
+    nlohmann::ordered_json one = {
         {"topic", topic.name}, {"type", topic.type}, {"messages", counts[i].messages}, {"bytes", counts[i].bytes}};
     if (!topic.trouble.empty()) one["not_readable"] = topic.trouble;
     topics.push_back(std::move(one));

@@ -16,7 +16,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct PictureOptions {
   std::string cloud, above, street, moving;
   double at = 0.35, eye_height_m = 2.2, heading_deg = -1;
   double drive_s = storage::MovingViewConfig().drive_s, speed = storage::MovingViewConfig().speed;
@@ -24,7 +24,7 @@ struct Options {
 
 /// Estimates where the vehicle was at the share `at` of the drive. The centre of the points of a short time lies along
 /// the street, so the view goes from the centre at `at` towards the centre of the points after it.
-Result<storage::StreetViewConfig> viewpoint(const Options& options) {
+Result<storage::StreetViewConfig> viewpoint(const PictureOptions& options) {
   auto reader = storage::LasReader::open(options.cloud);
   if (!reader.ok()) return reader.error();
   const std::uint64_t total = reader->available();
@@ -77,7 +77,7 @@ Status write_file(const std::string& path, storage::ByteView bytes) {
   return file->close();
 }
 
-int picture(Options options) {
+int picture(PictureOptions options) {
   if (options.above.empty() && options.street.empty() && options.moving.empty())
     throw config::ConfigError("picture: give --above PNG, --street PNG, --moving WEBP or several of them");
   for (const std::string& path : {options.above, options.street})
@@ -128,7 +128,7 @@ int picture(Options options) {
 }  // namespace
 
 void add_picture(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PictureOptions>();
   Command command = all.command("picture", "draw a cloud (LAS) from above, from the street, and while it is coloured");
   command.required("CLOUD", options->cloud,
                    "cloud.las or cloud.laz, any other LAS file of version 1.0 to 1.4, or a drive's folder");

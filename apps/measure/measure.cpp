@@ -22,7 +22,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct MeasureOptions {
   DriveOptions drive;
   std::string picks, panoramas, out;
   double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
@@ -65,7 +65,7 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
   return out;
 }
 
-int measure(const Options& options) {
+int measure(const MeasureOptions& options) {
   options.drive.check();
   const auto text = read_input(options.picks, kMostTable, "a table");
   if (!text.ok()) throw config::ConfigError(text.error().message);
@@ -135,7 +135,7 @@ int measure(const Options& options) {
 }  // namespace
 
 void add_measure(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeasureOptions>();
   Command command = all.command(kMeasure.word, kMeasure.help);
   options->drive.declare(command, {.recording = "RECORDING",
                                    .recording_help = "drive.mcap",

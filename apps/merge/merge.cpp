@@ -17,7 +17,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct MergeOptions {
   MergeWish wish;
   std::string rig, out;
 };
@@ -86,7 +86,7 @@ bool tell(const runtime::MergedJournal& merged, const std::vector<std::string>& 
   return is_whole;
 }
 
-int merge(Options& options) {
+int merge(MergeOptions& options) {
   MergeWish& wish = options.wish;
   if (Status named = check_names(wish.recordings); !named.ok()) return refuse(named.error(), status_of(named.error()));
   StopSignals signals;
@@ -120,7 +120,7 @@ int merge(Options& options) {
 }  // namespace
 
 void add_merge(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MergeOptions>();
   MergeWish& wish = options->wish;
   Command command = all.command(
       "merge", "join the recordings that several computers of one vehicle made of one drive into one recording");

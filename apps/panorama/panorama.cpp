@@ -23,7 +23,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct PanoramaOptions {
   DriveOptions drive;
   std::string out, exposures = "all", size, method = "depth", orientation = "heading", blend = "bands", gains = "even",
                    vehicle = "fill", fill = "64,64,64", format = "jpeg";
@@ -64,7 +64,7 @@ std::optional<GpsTime> gps_time(double seconds) {
   return GpsTime(from_seconds(seconds));
 }
 
-survey::DrivePanoramas::Config configuration(const Options& options) {
+survey::DrivePanoramas::Config configuration(const PanoramaOptions& options) {
   survey::DrivePanoramas::Config config;
   auto choice = runtime::ExposureChoice::parse(options.exposures);
   if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
@@ -92,7 +92,7 @@ survey::DrivePanoramas::Config configuration(const Options& options) {
   return config;
 }
 
-storage::PhotoTags tags_of(const survey::DrivePanorama& panorama, const Options& options, bool is_clockwise) {
+storage::PhotoTags tags_of(const survey::DrivePanorama& panorama, const PanoramaOptions& options, bool is_clockwise) {
   storage::PhotoTags tags;
   tags.software = std::string("hueline ") + runtime::kVersion;
   tags.description =
@@ -116,7 +116,7 @@ Status write_file(const std::filesystem::path& path, storage::ByteView bytes) {
   return file->close();
 }
 
-int panorama(const Options& options) {
+int panorama(const PanoramaOptions& options) {
   options.drive.check();
   const auto config = configuration(options);
   ProgressBar bar;
@@ -186,7 +186,7 @@ int panorama(const Options& options) {
 }  // namespace
 
 void add_panorama(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PanoramaOptions>();
   Command command = all.command(kPanorama.word, kPanorama.help);
   options->drive.declare(command, {.recording = "RECORDING",
                                    .recording_help = "drive.mcap, or the folder of a drive",

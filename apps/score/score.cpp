@@ -24,13 +24,13 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct ScoreOptions {
   std::string sheet = "quick", out, cache, against;
   std::string recording, rig;
   int threads = 0;
 };
 
-int threads_of(const Options& options) {
+int threads_of(const ScoreOptions& options) {
   return options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
@@ -55,12 +55,12 @@ std::string first_difference(const ScoredRun& a, const ScoredRun& b) {
 }
 
 /// Reads the figures of another version, if there are any.
-Result<score::Sheet> read_before(const Options& options) {
+Result<score::Sheet> read_before(const ScoreOptions& options) {
   return options.against.empty() ? score::Sheet() : score::read_score_json(options.against);
 }
 
 /// Prints and writes the results, and returns the exit status of a run whose input was read.
-int finish(const Options& options, const score::Sheet& before, const score::Sheet& sheet, score::RunNotes notes,
+int finish(const ScoreOptions& options, const score::Sheet& before, const score::Sheet& sheet, score::RunNotes notes,
            std::chrono::steady_clock::time_point began) {
   const auto changes = options.against.empty() ? std::vector<score::Change>() : score::compare(before, sheet);
   notes.revision = fmt::format("hueline {} ({})", runtime::kVersion, runtime::kGitRevision);
@@ -86,7 +86,7 @@ std::string name_of_drive(const std::string& recording) {
   return file.filename() == "drive.mcap" ? file.parent_path().filename().string() : file.stem().string();
 }
 
-int run_recording(const Options& options) {
+int run_recording(const ScoreOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   const auto before = read_before(options);
   if (!before.ok()) {
@@ -117,7 +117,7 @@ int run_recording(const Options& options) {
   return status == kDone && !scored.read.ok() ? kInputUnreadable : status;
 }
 
-int run_sheet(const Options& options) {
+int run_sheet(const ScoreOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   const config::Sheet plan = config::load_sheet(options.sheet);
   const auto before = read_before(options);
@@ -172,7 +172,7 @@ int run_sheet(const Options& options) {
 }  // namespace
 
 void add_score(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ScoreOptions>();
   Command command = all.command(kScore.word, kScore.help);
   command.setting("--sheet", options->sheet,
                   "quick or full, which are installed with the program, or the file of another sheet");

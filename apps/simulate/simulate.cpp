@@ -27,7 +27,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   std::string scenario, out;
   std::string beside;
   std::string rig_file, method = "lens";
@@ -40,7 +40,8 @@ struct Options {
   SimulatedAddresses at;
 };
 
-sim::Player::Config player_config(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario) {
+sim::Player::Config player_config(const SimulateOptions& options, const sim::Drive& drive,
+                                  const sim::Scenario& scenario) {
   sim::Player::Config config;
   config.laser->host = options.at.receiver();
   config.laser->data_port = static_cast<std::uint16_t>(options.at.data_port);
@@ -116,7 +117,8 @@ Result<sim::Timeline> timeline_of(const std::vector<Rendered>& drives, std::uint
   return all;
 }
 
-int play(const Options& options, const std::vector<Rendered>& drives, const std::stop_token& stop, ProgressBar& bar) {
+int play(const SimulateOptions& options, const std::vector<Rendered>& drives, const std::stop_token& stop,
+         ProgressBar& bar) {
   const auto& [scenario, drive] = drives.front();
   // The first lap is built before the devices are up, because building it finds what is wrong.
   const auto count = static_cast<std::uint32_t>(options.laps);
@@ -173,7 +175,7 @@ int play(const Options& options, const std::vector<Rendered>& drives, const std:
 }
 
 /// Writes those optional files of truth that the options name.
-Status write_truth(const Options& options, const sim::Drive& drive, const sim::Scenario& scenario,
+Status write_truth(const SimulateOptions& options, const sim::Drive& drive, const sim::Scenario& scenario,
                    const sim::GenerateOptions& generation, ProgressBar& bar) {
   if (!options.clocks_file.empty()) {
     const auto timeline = sim::scenario_timeline(scenario, drive);
@@ -194,7 +196,7 @@ Status write_truth(const Options& options, const sim::Drive& drive, const sim::S
   return written;
 }
 
-int simulate(const Options& options) {
+int simulate(const SimulateOptions& options) {
   StopSignals signals;
   const sim::Scenario scenario = config::load_scenario(options.scenario);
   if (const std::string why = sim::cannot_be_driven_again(scenario); options.laps > 1 && !why.empty())
@@ -249,7 +251,7 @@ int simulate(const Options& options) {
 }  // namespace
 
 void add_simulate(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   Command command = all.command(kSimulate.word, kSimulate.help);
   command.required("SCENARIO", options->scenario,
                    "scenario file (YAML), or the name of one that is installed with the program (street, square, ...)");

@@ -18,7 +18,7 @@
 namespace hueline::apps {
 namespace {
 
-struct Options {
+struct VerifyOptions {
   DriveOptions drive;
   TrajectoryOptions trajectory;
   std::string method = "lens";
@@ -92,7 +92,7 @@ class Judging : public runtime::ProductSink {
   std::uint64_t points_ = 0, coloured_ = 0;
 };
 
-int verify(const Options& options) {
+int verify(const VerifyOptions& options) {
   ProgressBar silent(false);
   auto source = DriveSource::open(options.drive, silent, options.method);
   if (!source.ok()) {
@@ -153,7 +153,7 @@ int verify(const Options& options) {
 }  // namespace
 
 void add_verify(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<VerifyOptions>();
   Command command = all.command(kVerify.word, kVerify.help);
   options->drive.declare(
       command, {.recording = "RECORDING",

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct VerifyRecordingOptions {
   std::string recording;
   bool json = false;
 };
@@ -145,7 +145,7 @@ int show(const Found& found, bool as_json) {
   return kInputUnreadable;
 }
 
-int verify(const Options& options) {
+int verify(const VerifyRecordingOptions& options) {
   auto recording = runtime::Recording::open(runtime::drive_file(options.recording));
   if (!recording.ok()) {
     log_error(recording.error().message);
@@ -188,7 +188,7 @@ int verify(const Options& options) {
 }  // namespace
 
 void add_verify_recording(Command& all) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<VerifyRecordingOptions>();
   Command command = all.command(kVerify.word,
                                 "prove that a recording is whole: that everything that entered is in it; "
                                 "or compare points with the truth of a simulator's scenario");

@@ -18,7 +18,7 @@ Eigen::Quaterniond turned(const Eigen::Vector3d& by) {
 
 constexpr int kRow = 18;  // six columns of the mounting, twice six of the trajectory correction
 constexpr int kFewest = 12, kFewestOfPass = 4;
-constexpr int kFits = 2;
+constexpr int kRobustFits = 2;
 
 /// A return with everything that the adjustment of its patch needs.
 struct Look {
@@ -57,8 +57,8 @@ class PatchNormals {
 
   void fit_plane() {
     // The first fits are robust, because returns that are not of the plane have moved the mean.
-    for (int i = 0; i < 2 * kFits; ++i) {
-      i < kFits ? weigh_robust() : weigh();
+    for (int i = 0; i < 2 * kRobustFits; ++i) {
+      i < kRobustFits ? weigh_robust() : weigh();
       PlaneSums sums;
       for (const Look& look : looks_) sums.add(look.p_enu - origin_, look.weight);
       if (!(sums.weight > 0)) return;

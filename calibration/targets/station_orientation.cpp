@@ -14,7 +14,7 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr std::size_t kFewest = 4;
+constexpr std::size_t kFewestOnTarget = 4;
 
 /// The adjustment of one station, repeated as targets are added and removed.
 class StationAdjuster {
@@ -176,9 +176,10 @@ class StationAdjuster {
     const auto on_it = static_cast<std::size_t>(std::ranges::count_if(near, [&](const auto& p) {
       return (p.template cast<double>() - predicted).norm() < 1.2 * target.radius_m + doubt;
     }));
-    outcome.state = on_it < kFewest ? TargetState::NotSeen : TargetState::Rejected;
-    if (on_it < kFewest)
-      outcome.reason = fmt::format("{} points are at the expected place, and at least {} are needed", on_it, kFewest);
+    outcome.state = on_it < kFewestOnTarget ? TargetState::NotSeen : TargetState::Rejected;
+    if (on_it < kFewestOnTarget)
+      outcome.reason =
+          fmt::format("{} points are at the expected place, and at least {} are needed", on_it, kFewestOnTarget);
     else if (!fit)
       outcome.reason =
           fmt::format("{} points are at the expected place, but they are no sphere of the target's radius", on_it);

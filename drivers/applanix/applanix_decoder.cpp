@@ -22,7 +22,7 @@ namespace {
 /// The forms of the stream, in the order in which they are asked.
 enum Form : std::size_t { kApplanix, kNmea, kLine };
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> applanix_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<ApplanixForm>());
   out.push_back(std::make_unique<NmeaForm>());
@@ -64,7 +64,7 @@ void ApplanixDecoder::Config::visit(Keys& keys) {
             accepts_fine_alignment);
 }
 
-ApplanixDecoder::ApplanixDecoder(const Config& config) : StreamDecoder(forms()), config_(config) {}
+ApplanixDecoder::ApplanixDecoder(const Config& config) : StreamDecoder(applanix_forms()), config_(config) {}
 
 void ApplanixDecoder::forget() {
   latest_.reset();

@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kName[] = "Applanix POS";
 
-struct Traits {
+struct ApplanixTraits {
   static constexpr const char* kLog = "A file of the POS (groups as logged).";
   static constexpr bool kHasDatagrams = true;
   using Logs = void;
@@ -26,7 +26,7 @@ constinit const DeviceType kApplanix{
     .word = "applanix",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<ApplanixDecoder, Traits>>,
+    .make = make_device<StreamDevice<ApplanixDecoder, ApplanixTraits>>,
     .files = {.log = {.format = "Applanix POS groups", .ending = ".pos", .is_beginning = is_applanix_log},
               .capture = {.kind = "an Applanix POS",
                           .has_signature = true,

@@ -11,7 +11,7 @@ namespace hueline::drivers {
 namespace {
 
 // The kernel's flags in the id (linux/can.h). cannelloni uses the same flags.
-constexpr std::uint32_t kExtended = 0x80000000, kRemote = 0x40000000, kError = 0x20000000;
+constexpr std::uint32_t kExtendedFlag = 0x80000000, kRemoteFlag = 0x40000000, kErrorFlag = 0x20000000;
 constexpr std::uint32_t kStandardMask = 0x7FF, kExtendedMask = 0x1FFFFFFF;
 constexpr std::uint8_t kFlagFd = 1, kFlagLocal = 2;
 constexpr std::size_t kClassicData = 8;
@@ -25,9 +25,9 @@ std::uint32_t big32(std::span<const std::byte> bytes, std::size_t at) {
   return value;
 }
 void take_id(CanFrame& frame, std::uint32_t id) {
-  frame.is_error = (id & kError) != 0;
-  frame.is_extended = !frame.is_error && (id & kExtended) != 0;
-  frame.is_remote = !frame.is_error && (id & kRemote) != 0;
+  frame.is_error = (id & kErrorFlag) != 0;
+  frame.is_extended = !frame.is_error && (id & kExtendedFlag) != 0;
+  frame.is_remote = !frame.is_error && (id & kRemoteFlag) != 0;
   frame.id = id & (frame.is_extended || frame.is_error ? kExtendedMask : kStandardMask);
 }
 
@@ -111,9 +111,9 @@ std::vector<std::byte> encode_can_packet(const CanFrame& frame) {
   out[5] = static_cast<std::byte>(frame.bus);
   put_little(out, 8,
              frame.adapter_time ? static_cast<std::uint64_t>(frame.adapter_time->time_since_epoch().count()) : 0);
-  put_little(
-      out, kCanHeaderSize,
-      frame.id | (frame.is_extended ? kExtended : 0) | (frame.is_remote ? kRemote : 0) | (frame.is_error ? kError : 0));
+  put_little(out, kCanHeaderSize,
+             frame.id | (frame.is_extended ? kExtendedFlag : 0) | (frame.is_remote ? kRemoteFlag : 0) |
+                 (frame.is_error ? kErrorFlag : 0));
   const std::size_t length = std::min<std::size_t>(frame.length, frame.is_fd ? kCanDataMost : kClassicData);
   out[kCanHeaderSize + 4] = static_cast<std::byte>(length);
   for (std::size_t i = 0; i < length; ++i) out[kCanHeaderSize + 8 + i] = static_cast<std::byte>(frame.data[i]);

@@ -6,7 +6,7 @@ namespace hueline::drivers {
 namespace {
 
 constexpr std::uint32_t kMagic = 0xCAFEBABE, kVersion = 2;
-constexpr std::uint32_t kMostBytes = 256u << 20;  // six lenses of any model fit several times
+constexpr std::uint32_t kMostImageBytes = 256u << 20;  // six lenses of any model fit several times
 
 std::uint32_t be32(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -27,7 +27,7 @@ std::optional<std::uint32_t> ladybug_image_size(std::span<const std::byte> first
       be32(first_bytes, kLadybugMagicAt + 4) != kVersion)
     return std::nullopt;
   const std::uint32_t size = be32(first_bytes, kLadybugSizeAt);
-  if (size < kJpegPlanesHeaderSize || size > kMostBytes) return std::nullopt;
+  if (size < kJpegPlanesHeaderSize || size > kMostImageBytes) return std::nullopt;
   return size;
 }
 

@@ -10,7 +10,7 @@
 namespace hueline::drivers {
 namespace {
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> nmea_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<NmeaForm>());
   out.push_back(std::make_unique<LineForm>());
@@ -19,7 +19,7 @@ std::vector<std::unique_ptr<MessageForm>> forms() {
 
 }  // namespace
 
-NmeaDecoder::NmeaDecoder(const Config&) : StreamDecoder(forms()) {}
+NmeaDecoder::NmeaDecoder(const Config&) : StreamDecoder(nmea_forms()) {}
 
 bool NmeaDecoder::take(const Message& message) {
   if (message.form != 0) {

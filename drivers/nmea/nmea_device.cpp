@@ -9,7 +9,7 @@
 namespace hueline::drivers {
 namespace {
 
-struct Traits {
+struct NmeaTraits {
   static constexpr const char* kLog = "A log of NMEA 0183 sentences.";
   static constexpr bool kHasDatagrams = true;
   using Logs = void;
@@ -23,7 +23,7 @@ constinit const DeviceType kNmea{
     .word = "nmea",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<NmeaDecoder, Traits>>,
+    .make = make_device<StreamDevice<NmeaDecoder, NmeaTraits>>,
     .files = {.log = {.format = "NMEA 0183", .ending = ".nmea", .is_beginning = is_nmea_log}}};
 
 }  // namespace hueline::drivers

@@ -75,13 +75,14 @@ bool is_ouster_packet(std::span<const std::byte> datagram, const OusterMetadata&
 }
 
 bool looks_like_ouster(std::span<const std::byte> datagram) {
-  constexpr int kColumns = 16, kMostColumns = 4096;
+  constexpr int kColumnsInPacket = 16, kMostColumnsInFrame = 4096;
   for (const OusterProfile& profile : ouster_profiles()) {
     const bool is_legacy = &profile == ouster_profiles().data();
     for (const std::size_t channels : {16U, 32U, 64U, 128U}) {
       const std::size_t column = (is_legacy ? 20 : 12) + profile.pixel_bytes * channels, head = is_legacy ? 0 : 32;
-      if (datagram.size() != 2 * head + column * kColumns || (!is_legacy && datagram[0] != std::byte{1})) continue;
-      if (are_columns(datagram.data() + head, column, kColumns, kMostColumns)) return true;
+      if (datagram.size() != 2 * head + column * kColumnsInPacket || (!is_legacy && datagram[0] != std::byte{1}))
+        continue;
+      if (are_columns(datagram.data() + head, column, kColumnsInPacket, kMostColumnsInFrame)) return true;
     }
   }
   return false;

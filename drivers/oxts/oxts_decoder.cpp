@@ -18,7 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::minutes;
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> oxts_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<NcomForm>());
   return out;
@@ -47,7 +47,7 @@ void OxtsDecoder::Config::visit(Keys& keys) {
             accepts_locking);
 }
 
-OxtsDecoder::OxtsDecoder(const Config& config) : StreamDecoder(forms()), config_(config) {}
+OxtsDecoder::OxtsDecoder(const Config& config) : StreamDecoder(oxts_forms()), config_(config) {}
 
 void OxtsDecoder::forget() {
   minute_.reset();

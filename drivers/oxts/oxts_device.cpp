@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kName[] = "OxTS, NCOM";
 
-struct Traits {
+struct OxtsTraits {
   static constexpr const char* kLog = "A file of NCOM packets.";
   static constexpr bool kHasDatagrams = true;
   using Logs = void;
@@ -26,7 +26,7 @@ constinit const DeviceType kOxts{
     .word = "oxts",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<OxtsDecoder, Traits>>,
+    .make = make_device<StreamDevice<OxtsDecoder, OxtsTraits>>,
     .files = {.log = {.format = "OxTS NCOM", .ending = ".ncom", .is_beginning = is_oxts_log},
               .capture = {
                   .kind = "an OxTS", .has_signature = true, .listen = listen_to_stream<NcomForm, OxtsDecoder, kName>}}};

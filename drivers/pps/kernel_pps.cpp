@@ -15,7 +15,7 @@ namespace hueline::drivers {
 
 namespace {
 
-constexpr nanoseconds kWait = std::chrono::milliseconds(100);
+constexpr nanoseconds kWaitForPulse = std::chrono::milliseconds(100);
 
 // The host time is read last, so everything that was stamped before this call is older than it.
 ClockReading read_clocks() {
@@ -96,7 +96,7 @@ Result<Packet> KernelPps::next(std::stop_token stop) {
   auto seen = fetch(nanoseconds(0));
   if (seen && seen->sequence == last_sequence_) {
     last_look_ = look;
-    if (auto waited = fetch(kWait); !waited && waited.error().code != ErrorCode::TimedOut)
+    if (auto waited = fetch(kWaitForPulse); !waited && waited.error().code != ErrorCode::TimedOut)
       seen = waited.error();
     else {
       look = read_clocks();

@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::seconds;
 /// A label is given up to this time after its edge. Later the next edge may come before the datagram arrives.
-constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
+constexpr nanoseconds kSecondReadTo = std::chrono::milliseconds(900);
 
 constexpr nanoseconds kCounterPeriod = seconds(std::int64_t{1} << 32U);
 
@@ -165,7 +165,7 @@ void ProfileScannerDecoder::label(const Packet& packet, const ProfileHeader& hea
   if (!status.has_label || header.scale == ProfileTimeScale::None) return;
   const nanoseconds since =
       seconds(std::int64_t{header.second} - std::int64_t{status.edge_second}) + nanoseconds(header.nanosecond);
-  if (since < nanoseconds(0) || since > kLabelTo) return;
+  if (since < nanoseconds(0) || since > kSecondReadTo) return;
   TimeLabel label;
   label.sensor = sensor_;
   label.received = packet.received;

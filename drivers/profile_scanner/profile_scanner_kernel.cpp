@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kUnitsPerMetre = 1e4;
 constexpr float kMetre = 1e-4f;
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kAngleUnit = kTurn / 4294967296.0;
+constexpr double kFullTurn = 2 * std::numbers::pi;
+constexpr double kAngleUnit = kFullTurn / 4294967296.0;
 /// Unit of the upper 24 bits of an angle. A float holds them exactly, so an angle just below a turn stays below it.
-constexpr float kCoarseAngleUnit = static_cast<float>(kTurn / 16777216.0);
+constexpr float kCoarseAngleUnit = static_cast<float>(kFullTurn / 16777216.0);
 
 std::uint32_t units(double angle) {
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::llround(angle / kAngleUnit)));
@@ -35,8 +35,8 @@ ProfileScannerKernel::ProfileScannerKernel(const ProfileScannerDecoder::Config& 
       span_(static_cast<std::uint32_t>(std::llround(config.max_range_m * kUnitsPerMetre)) - nearest_),
       window_begin_(units(config.angle_begin)) {
   double width = config.angle_end - config.angle_begin;
-  if (width < 0) width += kTurn;
-  window_width_ = width > kTurn - 2 * kAngleUnit ? 0xFFFFFFFFu : units(width);
+  if (width < 0) width += kFullTurn;
+  window_width_ = width > kFullTurn - 2 * kAngleUnit ? 0xFFFFFFFFu : units(width);
 }
 
 void ProfileScannerKernel::fill_steps(std::int32_t step, std::size_t pulses) {

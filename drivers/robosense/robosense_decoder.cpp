@@ -15,7 +15,6 @@ namespace hueline::drivers {
 namespace {
 
 using std::chrono::seconds;
-using Clock = RobosenseDescription::Clock;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 /// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
@@ -144,7 +143,8 @@ void RobosenseDecoder::decode_solid(const Packet& packet, const RobosenseSolidPa
     return refuse(packet, FaultKind::WrongDevice, "points of another model than before: two scanners at one port?",
                   out);
   solid_ = data.name;
-  const Clock clock = data.follows_ptp ? Clock::Ptp : Clock::Free;
+  const RobosenseDescription::Clock clock =
+      data.follows_ptp ? RobosenseDescription::Clock::Ptp : RobosenseDescription::Clock::Free;
   if (previous_ && clock != description_.clock) {
     previous_.reset();
     told_state_.reset();
@@ -176,7 +176,7 @@ void RobosenseDecoder::decode_solid(const Packet& packet, const RobosenseSolidPa
 
 void RobosenseDecoder::decode_description(const Packet& packet, std::vector<Measurement>& out) {
   const auto bytes = packet.bytes.bytes();
-  const Clock before = description_.clock;
+  const RobosenseDescription::Clock before = description_.clock;
   description_bytes_.assign(bytes.begin(), bytes.end());
   const bool was_known = table_ != nullptr;
   if (heard_ && !use_description(*heard_))
@@ -247,14 +247,14 @@ std::optional<LaserTime> RobosenseDecoder::time_of(UnixTime stamp) const {
     case Reference::Told:
       break;
     case Reference::PtpUtc:
-      if (description_.clock != Clock::Ptp) return {};
+      if (description_.clock != RobosenseDescription::Clock::Ptp) return {};
       return stamp;
     case Reference::PtpTai:
-      if (description_.clock != Clock::Ptp) return {};
+      if (description_.clock != RobosenseDescription::Clock::Ptp) return {};
       // TAI seconds since 1970 are counted without leap seconds, as GPS time is.
       return to_unix(GpsTime(since_1970 - seconds(315'964'800) - kTaiMinusGps));
   }
-  if (description_.clock == Clock::Receiver) return stamp;
+  if (description_.clock == RobosenseDescription::Clock::Receiver) return stamp;
   // The date of a scanner that follows nothing is whatever it was switched on with.
   return LaserCounter{CounterOrigin::Own, kLongest, since_1970};
 }
@@ -315,15 +315,16 @@ void RobosenseDecoder::tell_gap(const Packet& packet, nanoseconds since, std::ve
 /// Says once a second what the stamps are worth, and which second it is.
 void RobosenseDecoder::tell_clock(const Packet& packet, UnixTime stamp, const LaserTime& time,
                                   std::vector<Measurement>& out) {
-  const SyncState state = description_.clock == Clock::Free ? SyncState::Unlocked : SyncState::Locked;
+  const SyncState state =
+      description_.clock == RobosenseDescription::Clock::Free ? SyncState::Unlocked : SyncState::Locked;
   const std::int64_t second = std::chrono::floor<seconds>(stamp).time_since_epoch().count();
   if (told_second_ == second && told_state_ == state) return;
   told_second_ = second;
   told_state_ = state;
   const auto* utc = std::get_if<UnixTime>(&time);
-  const char* words = description_.clock == Clock::Receiver ? "time of a receiver"
-                      : description_.clock == Clock::Free   ? "follows no reference"
-                      : utc                                 ? "PTP, time scale as the rig says"
+  const char* words = description_.clock == RobosenseDescription::Clock::Receiver ? "time of a receiver"
+                      : description_.clock == RobosenseDescription::Clock::Free   ? "follows no reference"
+                      : utc                                                       ? "PTP, time scale as the rig says"
                             : "PTP; whether it counts TAI or UTC is the master's choice";
   out.push_back(LaserStatus{sensor_, packet.received, time, state, words});
   if (!utc || *utc - std::chrono::floor<seconds>(*utc) > kLabelTo) return;

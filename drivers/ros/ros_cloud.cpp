@@ -39,7 +39,7 @@ double read(std::span<const std::byte> bytes, bool is_big_endian) {
   return static_cast<double>(value);
 }
 
-Error malformed(std::string what) { return {ErrorCode::Malformed, "a point cloud " + std::move(what)}; }
+Error malformed_cloud(std::string what) { return {ErrorCode::Malformed, "a point cloud " + std::move(what)}; }
 
 Result<RosCloud> take_point_cloud2(RosReader& in) {
   RosCloud out;
@@ -60,7 +60,7 @@ Result<RosCloud> take_point_cloud2(RosReader& in) {
   out.point_step = in.take<std::uint32_t>();
   out.row_step = in.take<std::uint32_t>();
   out.data = in.take_byte_sequence();
-  if (!in.ok()) return malformed("that ends before its points do");
+  if (!in.ok()) return malformed_cloud("that ends before its points do");
   for (RosField& field : fields)
     if (field.type > 0 && field.type < kTypes.size() && field.offset + kTypes[field.type].bytes <= out.point_step)
       out.fields.push_back(std::move(field));
@@ -74,8 +74,8 @@ Result<RosCloud> take_point_cloud2(RosReader& in) {
   const bool fits = out.row_step >= row && row <= out.data.size() &&
                     (out.data.size() - row) / std::max<std::size_t>(out.row_step, 1) >= out.height - 1;
   if (out.point_step == 0 || !fits)
-    return malformed(fmt::format("of {} x {} points of {} bytes, {} bytes a row, does not fit into its {} bytes",
-                                 out.width, out.height, out.point_step, out.row_step, out.data.size()));
+    return malformed_cloud(fmt::format("of {} x {} points of {} bytes, {} bytes a row, does not fit into its {} bytes",
+                                       out.width, out.height, out.point_step, out.row_step, out.data.size()));
   return out;
 }
 
@@ -96,7 +96,7 @@ Result<RosCloud> take_livox(RosReader& in, RosEncoding encoding) {
                 {"reflectivity", 16, kUint8}, {"tag", 17, kUint8}, {"line", 18, kUint8}};
   // Behind the last point no bytes are needed for the alignment of a next one.
   if (count > 0) out.data = in.take_bytes(std::uint64_t{count - 1} * out.point_step + kPoint);
-  if (!in.ok()) return malformed("of a Livox that ends before its points do");
+  if (!in.ok()) return malformed_cloud("of a Livox that ends before its points do");
   out.width = count;
   out.height = count > 0 ? 1 : 0;
   out.row_step = count * out.point_step;
@@ -116,9 +116,9 @@ Result<RosCloud> take_laser_scan(RosReader& in) {
   const auto ranges = in.take_bytes(std::uint64_t{count} * sizeof(float));
   const std::uint32_t intensity_count = in.take_count(sizeof(float));
   const auto intensities = in.take_bytes(std::uint64_t{intensity_count} * sizeof(float));
-  if (!in.ok()) return malformed("in one plane (LaserScan) that ends before its ranges do");
+  if (!in.ok()) return malformed_cloud("in one plane (LaserScan) that ends before its ranges do");
   if (!std::isfinite(angle_min) || !std::isfinite(angle_increment) || !std::isfinite(time_increment))
-    return malformed("in one plane (LaserScan) whose angles or times are no numbers");
+    return malformed_cloud("in one plane (LaserScan) whose angles or times are no numbers");
   struct Computed {
     float x, y, z, intensity;
     double time;

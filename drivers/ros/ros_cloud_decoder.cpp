@@ -22,7 +22,7 @@ constexpr nanoseconds kSlice = milliseconds(1);
 /// Stamps from the year 2000 on are dates.
 constexpr nanoseconds kYear2000 = std::chrono::seconds(946'684'800);
 /// Period of a clock that is not set: 100 years.
-constexpr nanoseconds kLongest = std::chrono::hours(876'000);
+constexpr nanoseconds kLongestCounter = std::chrono::hours(876'000);
 /// Points that span more than so many periods, or less than this part of one, have times that were misunderstood.
 constexpr double kMostPeriods = 1.5, kLeastPeriods = 0.005;
 
@@ -50,7 +50,7 @@ const RosField* intensity_of(const RosCloud& cloud, const std::string& name) {
 LaserTime laser_time(UnixTime time) {
   const nanoseconds since = time.time_since_epoch();
   if (since >= kYear2000) return time;
-  return LaserCounter{CounterOrigin::Own, kLongest, std::max(since, nanoseconds(0))};
+  return LaserCounter{CounterOrigin::Own, kLongestCounter, std::max(since, nanoseconds(0))};
 }
 
 std::uint16_t channel_of(double ring) { return ring > 0 ? static_cast<std::uint16_t>(std::min(ring, 65535.0)) : 0; }

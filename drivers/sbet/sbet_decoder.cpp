@@ -13,7 +13,7 @@
 namespace hueline::drivers {
 namespace {
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> sbet_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<SbetForm>());
   return out;
@@ -56,7 +56,7 @@ KeyError SbetDecoder::Config::validate() const {
 }
 
 SbetDecoder::SbetDecoder(const Config& config)
-    : StreamDecoder(forms()), config_(config), solutions_({config.week.value_or(0), config.is_utc, {}}) {}
+    : StreamDecoder(sbet_forms()), config_(config), solutions_({config.week.value_or(0), config.is_utc, {}}) {}
 
 bool SbetDecoder::take(const Message& message) {
   name("SBET record");

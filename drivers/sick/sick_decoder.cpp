@@ -15,14 +15,14 @@ namespace hueline::drivers {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr std::size_t kText = 1;          // index of ColaAForm in the list of forms
+constexpr std::size_t kText = 1;          // index of ColaAForm in sick_forms()
 constexpr std::uint16_t kRestart = 1000;  // a larger step of the counter is no loss
 constexpr nanoseconds kCounterPeriod = std::chrono::microseconds(std::int64_t{1} << 32);
 constexpr std::size_t kMostEchoes = 5;
 /// Smaller values are codes: no echo, dazzled.
 constexpr std::uint16_t kSmallestDistance = 16;
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> sick_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<ColaBForm>());
   out.push_back(std::make_unique<ColaAForm>());
@@ -76,7 +76,7 @@ KeyError SickDecoder::Config::validate() const {
   return {};
 }
 
-SickDecoder::SickDecoder(const Config& config) : StreamDecoder(forms()), config_(config) {}
+SickDecoder::SickDecoder(const Config& config) : StreamDecoder(sick_forms()), config_(config) {}
 
 bool SickDecoder::take(const Message& message) {
   const bool is_text = message.form == kText;

@@ -10,7 +10,7 @@
 namespace hueline::drivers {
 namespace {
 
-struct Traits {
+struct SickTraits {
   static constexpr const char* kLog = "The bytes of a connection to the scanner (CoLa telegrams).";
   static constexpr bool kHasDatagrams = false;
   using Logs = SickOutput;
@@ -27,7 +27,7 @@ constinit const DeviceType kSick{
     .word = "sick",
     .role = Role::Laser,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<SickDecoder, Traits>>,
+    .make = make_device<StreamDevice<SickDecoder, SickTraits>>,
     .laser = {.latency_min = std::chrono::milliseconds(5), .pending_limit = 8192},
     .files = {.log = {.format = "SICK CoLa", .ending = ".cola", .is_beginning = is_cola_log}}};
 

@@ -3,8 +3,6 @@
 namespace hueline::drivers {
 namespace {
 
-using Verdict = Judgement::Verdict;
-
 // Long runs of garbage (a wrong baud rate, for example) are reported in pieces of this size, so that they are reported
 // soon.
 constexpr std::uint64_t kReportSkippedBytes = 4096;
@@ -51,10 +49,10 @@ MessageFramer::Found MessageFramer::judge(std::span<const std::byte> rest) {
   Found best;
   for (std::size_t form = 0; form < forms_.size(); ++form) {
     const Judgement judgement = forms_[form]->judge(rest, position_, is_boundary_);
-    if (judgement.verdict == Verdict::Whole) return {judgement, form};
+    if (judgement.verdict == Judgement::Verdict::Whole) return {judgement, form};
     // NeedMore outweighs Broken: the form that waits may still be right.
-    const auto weight = [](Verdict verdict) {
-      return verdict == Verdict::Noise ? 0 : verdict == Verdict::Broken ? 1 : 2;
+    const auto weight = [](Judgement::Verdict verdict) {
+      return verdict == Judgement::Verdict::Noise ? 0 : verdict == Judgement::Verdict::Broken ? 1 : 2;
     };
     if (weight(judgement.verdict) > weight(best.judgement.verdict)) best = {judgement, form};
   }
@@ -66,8 +64,8 @@ std::size_t MessageFramer::scan(std::span<const std::byte> data, bool is_final, 
   while (at < data.size()) {
     const std::span<const std::byte> rest = data.subspan(at);
     Found found = judge(rest);
-    if (found.judgement.verdict == Verdict::NeedMore && !is_final) return at;
-    if (found.judgement.verdict == Verdict::Whole) {
+    if (found.judgement.verdict == Judgement::Verdict::NeedMore && !is_final) return at;
+    if (found.judgement.verdict == Judgement::Verdict::Whole) {
       report_skipped(sink);
       at += found.judgement.bytes;
       position_ += found.judgement.bytes;
@@ -75,8 +73,8 @@ std::size_t MessageFramer::scan(std::span<const std::byte> data, bool is_final, 
       sink.on_message(found.form, rest.first(found.judgement.bytes), received_of_last());
       continue;
     }
-    if (found.judgement.verdict == Verdict::Broken ||
-        (found.judgement.verdict == Verdict::NeedMore && rest.size() >= 3 && skipped_ == 0))
+    if (found.judgement.verdict == Judgement::Verdict::Broken ||
+        (found.judgement.verdict == Judgement::Verdict::NeedMore && rest.size() >= 3 && skipped_ == 0))
       ++broken_;
     ++at;
     ++position_;

@@ -11,7 +11,7 @@ namespace {
 
 /// Longest line that is read. A CAN FD frame of 64 bytes takes some 300 characters. A file without line ends is no log,
 /// whatever its size.
-constexpr std::size_t kLongestLine = 4096;
+constexpr std::size_t kLongestLogLine = 4096;
 
 enum class Line : std::uint8_t { Read, TooLong, None };
 
@@ -21,7 +21,7 @@ Line read_line(std::istream& in, std::string& line) {
   bool is_whole = true;
   for (int c = in.get(); c != std::istream::traits_type::eof(); c = in.get()) {
     if (c == '\n') return is_whole ? Line::Read : Line::TooLong;
-    if (line.size() < kLongestLine)
+    if (line.size() < kLongestLogLine)
       line += static_cast<char>(c);
     else
       is_whole = false;
@@ -78,7 +78,7 @@ Result<std::optional<CanLogEntry>> CanLogSource::next_line() {
     ++line_;
     Result<std::optional<CanLogEntry>> entry =
         kind == Line::TooLong
-            ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLine)}
+            ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLogLine)}
             : parser_.take(line);
     if (!entry.ok()) return Error{ErrorCode::Malformed, fmt::format("line {}: {}", line_, entry.error().message)};
     if (*entry) return entry;

@@ -27,7 +27,7 @@ constexpr int kWait_ms = 100;
 static_assert(sizeof(can_frame) == kCanFrameSize && sizeof(canfd_frame) == kCanFdFrameSize);
 
 template <class T>
-bool set_option(int fd, int level, int option, const T& value) {
+bool set_can_option(int fd, int level, int option, const T& value) {
   return ::setsockopt(fd, level, option, &value, sizeof(value)) == 0;
 }
 
@@ -99,16 +99,17 @@ Status CanSource::open() {
 
   const int on = 1;
   const can_err_mask_t errors = CAN_ERR_MASK;
-  if (!set_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on)) return refuse(io_error("ask for CAN FD frames", errno));
-  if (!set_option(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors)) return refuse(io_error("ask for error frames", errno));
-  if (!set_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
-      !set_option(fd_, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
+  if (!set_can_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on)) return refuse(io_error("ask for CAN FD frames", errno));
+  if (!set_can_option(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors))
+    return refuse(io_error("ask for error frames", errno));
+  if (!set_can_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
+      !set_can_option(fd_, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
     return refuse(io_error("set the receive buffer of " + config_.interface, errno));
   const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RX_HARDWARE |
                      SOF_TIMESTAMPING_RAW_HARDWARE;
-  if (!set_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps))
+  if (!set_can_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps))
     return refuse(io_error("ask for stamps on " + config_.interface, errno));
-  if (!set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on))
+  if (!set_can_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on))
     return refuse(io_error("ask for the drop counter of " + config_.interface, errno));
   sockaddr_can address{};
   address.can_family = AF_CAN;

@@ -27,7 +27,7 @@ using std::chrono::seconds;
 /// The forms of the stream, in the order in which they are asked.
 enum Form : std::size_t { kUbx, kNmea, kRtcm, kLine };
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> ublox_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<UbxForm>());
   out.push_back(std::make_unique<NmeaForm>());
@@ -129,7 +129,7 @@ void UbloxDecoder::Config::visit(Keys& keys) {
               {{"rising", Edge::Rising}, {"falling", Edge::Falling}});
 }
 
-UbloxDecoder::UbloxDecoder(const Config& config) : StreamDecoder(forms()), config_(config) {}
+UbloxDecoder::UbloxDecoder(const Config& config) : StreamDecoder(ublox_forms()), config_(config) {}
 
 void UbloxDecoder::forget() {
   epoch_.reset();

@@ -11,7 +11,7 @@
 namespace hueline::drivers {
 namespace {
 
-struct Traits {
+struct UbloxTraits {
   static constexpr const char* kLog = "A log of the receiver (UBX, NMEA, RTCM 3).";
   static constexpr bool kHasDatagrams = false;
   using Logs = UbloxLogs;
@@ -25,7 +25,7 @@ constinit const DeviceType kUblox{
     .word = "ublox",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<UbloxDecoder, Traits>>,
+    .make = make_device<StreamDevice<UbloxDecoder, UbloxTraits>>,
     .files = {.log = {.format = "u-blox UBX", .ending = ".ubx", .is_beginning = is_ubx_log}}};
 
 }  // namespace hueline::drivers

@@ -6,7 +6,7 @@ namespace hueline::drivers {
 namespace {
 
 constexpr std::uint64_t kLeader = 0x4C563355, kTrailer = 0x54563355;  // "U3VL", "U3VT"
-constexpr std::size_t kHead = 20, kImageLeader = 52, kShortestTrailer = 28;
+constexpr std::size_t kMessageHead = 20, kImageLeader = 52, kShortestTrailer = 28;
 constexpr std::uint32_t kMostPixelsInRow = 1U << 20U;
 
 bool is_message(std::span<const std::byte> packet, std::uint64_t magic, std::size_t least) {
@@ -17,7 +17,7 @@ bool is_message(std::span<const std::byte> packet, std::uint64_t magic, std::siz
 }  // namespace
 
 std::optional<U3vLeader> read_u3v_leader(std::span<const std::byte> packet) {
-  if (!is_message(packet, kLeader, kHead)) return std::nullopt;
+  if (!is_message(packet, kLeader, kMessageHead)) return std::nullopt;
   U3vLeader out;
   out.payload_type = get_little<std::uint16_t>(packet, 18);
   out.image.frame_id = get_little<std::uint64_t>(packet, 8);

@@ -11,7 +11,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::size_t kStampAt = 198, kPpsAt = 202, kNmeaAt = 206;
+constexpr std::size_t kPositionStampAt = 198, kPpsAt = 202, kNmeaAt = 206;
 constexpr std::size_t kNmeaRoom = 128;
 
 int hex_digit(char c) {
@@ -42,12 +42,12 @@ std::int32_t fraction_ns(std::string_view text) {
   return ns;
 }
 
-Error malformed(std::string message) { return {ErrorCode::Malformed, std::move(message)}; }
+Error malformed_position(std::string message) { return {ErrorCode::Malformed, std::move(message)}; }
 
 }  // namespace
 
 Result<RmcSentence> decode_rmc(std::string_view text) {
-  if (text.empty() || text[0] != '$') return malformed("NMEA sentence does not begin with '$'");
+  if (text.empty() || text[0] != '$') return malformed_position("NMEA sentence does not begin with '$'");
   const std::size_t star = text.find('*');
   if (star == std::string_view::npos || star + 3 > text.size())
     return Error{ErrorCode::Truncated, "NMEA sentence ends before its checksum"};
@@ -55,7 +55,7 @@ Result<RmcSentence> decode_rmc(std::string_view text) {
   for (const char c : text.substr(1, star - 1)) sum ^= static_cast<unsigned char>(c);
   const int high = hex_digit(text[star + 1]), low = hex_digit(text[star + 2]);
   if (high < 0 || low < 0 || 16 * high + low != sum)
-    return malformed(fmt::format("NMEA checksum is {}, computed {:02X}", text.substr(star + 1, 2), sum));
+    return malformed_position(fmt::format("NMEA checksum is {}, computed {:02X}", text.substr(star + 1, 2), sum));
 
   std::array<std::string_view, 10> field;
   std::string_view rest = text.substr(1, star - 1);
@@ -68,7 +68,7 @@ Result<RmcSentence> decode_rmc(std::string_view text) {
   }
   if (field[0].size() != 5 || field[0].substr(2) != "RMC")
     return Error{ErrorCode::Unsupported, fmt::format("NMEA sentence is {}, not RMC", field[0].substr(0, 8))};
-  if (fields < field.size()) return malformed("RMC sentence has too few fields");
+  if (fields < field.size()) return malformed_position("RMC sentence has too few fields");
 
   const std::string_view time = field[1], date = field[9];
   RmcSentence rmc;
@@ -83,15 +83,17 @@ Result<RmcSentence> decode_rmc(std::string_view text) {
   rmc.utc.year = year < 0 ? -1 : year + (year >= 80 ? 1900 : 2000);
   // from_utc() checks the ranges, and refuses the negative numbers of missing digits.
   if (date.size() != 6 || !from_utc(rmc.utc))
-    return malformed(fmt::format("RMC sentence has no valid time and date: '{}', '{}'", time, date));
+    return malformed_position(fmt::format("RMC sentence has no valid time and date: '{}', '{}'", time, date));
   return rmc;
 }
 
 Result<VelodynePosition> decode_position(std::span<const std::byte> bytes) {
   if (bytes.size() != kVelodynePositionBytes)
-    return malformed(fmt::format("position packet of {} bytes; {} expected", bytes.size(), kVelodynePositionBytes));
+    return malformed_position(
+        fmt::format("position packet of {} bytes; {} expected", bytes.size(), kVelodynePositionBytes));
   VelodynePosition position;
-  for (std::size_t i = 0; i < 4; ++i) position.hour_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i)
+    position.hour_us |= static_cast<std::uint32_t>(bytes[kPositionStampAt + i]) << (8 * i);
   position.hour_us %= 3'600'000'000u;  // it may count on beyond the hour
   position.pps = pulse_status(static_cast<std::uint8_t>(bytes[kPpsAt]));
   const std::string_view room(reinterpret_cast<const char*>(bytes.data()) + kNmeaAt, kNmeaRoom);

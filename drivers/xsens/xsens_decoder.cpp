@@ -19,13 +19,13 @@
 namespace hueline::drivers {
 namespace {
 
-std::vector<std::unique_ptr<MessageForm>> forms() {
+std::vector<std::unique_ptr<MessageForm>> xsens_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
   out.push_back(std::make_unique<XbusForm>());
   return out;
 }
 
-constexpr std::uint8_t kMtData2 = 0x36, kError = 0x42;
+constexpr std::uint8_t kMtData2 = 0x36, kErrorMessage = 0x42;
 /// The kinds of data that are read, without the bits of their format.
 enum Data : std::uint16_t {
   kUtcTime = 0x1010,
@@ -95,7 +95,7 @@ Eigen::Matrix3d enu_from_nwu() {
 
 }  // namespace
 
-XsensDecoder::XsensDecoder(const Config&) : StreamDecoder(forms()) {}
+XsensDecoder::XsensDecoder(const Config&) : StreamDecoder(xsens_forms()) {}
 
 void XsensDecoder::forget() {
   seconds_.forget();
@@ -106,8 +106,8 @@ bool XsensDecoder::take(const Message& message) {
   const auto id = static_cast<std::uint8_t>(message.bytes[2]);
   const std::size_t header = message.bytes[3] == std::byte{255} ? 6 : 4;
   const auto data = message.bytes.subspan(header, message.bytes.size() - header - 1);
-  name(id == kMtData2 ? "MTData2" : id == kError ? "Error" : fmt::format("MID {:02X}", id));
-  if (id == kError && !data.empty())
+  name(id == kMtData2 ? "MTData2" : id == kErrorMessage ? "Error" : fmt::format("MID {:02X}", id));
+  if (id == kErrorMessage && !data.empty())
     fault(FaultKind::Refused, message.received, 1,
           fmt::format("the device answered with error {}", static_cast<int>(data[0])));
   return id == kMtData2 && take_data(data, message.received);

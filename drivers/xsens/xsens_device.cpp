@@ -11,7 +11,7 @@
 namespace hueline::drivers {
 namespace {
 
-struct Traits {
+struct XsensTraits {
   static constexpr const char* kLog = "A file of the device (Xbus messages with MTData2).";
   static constexpr bool kHasDatagrams = false;
   using Logs = void;
@@ -26,7 +26,7 @@ constinit const DeviceType kXsens{
     .word = "xsens",
     .role = Role::Pos,
     .is_sheddable = false,
-    .make = make_device<StreamDevice<XsensDecoder, Traits>>,
+    .make = make_device<StreamDevice<XsensDecoder, XsensTraits>>,
     .files = {.log = {.format = "Xsens MTi", .ending = ".mtb", .is_beginning = is_xsens_log}}};
 
 }  // namespace hueline::drivers

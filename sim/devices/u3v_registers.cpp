@@ -22,7 +22,7 @@ constexpr std::uint32_t kSbrm = 0x1000;
 constexpr std::uint32_t kU3vVersion = kSbrm, kMostCommand = kSbrm + 0x14, kMostAcknowledge = kSbrm + 0x18,
                         kStreams = kSbrm + 0x1C, kSirmAddress = kSbrm + 0x20, kSirmBytes = kSbrm + 0x28,
                         kSpeed = kSbrm + 0x40;
-constexpr std::uint32_t kSuperSpeed = 1U << 3U;
+constexpr std::uint32_t kIsSuperSpeed = 1U << 3U;
 // SIRM.
 constexpr std::uint32_t kStreamLeaderBytes = u3v::kStream + 0x10, kStreamTrailerBytes = u3v::kStream + 0x14,
                         kStreamSizes = u3v::kStream + 0x18, kStreamEnd = u3v::kStream + 0x30;
@@ -79,7 +79,7 @@ Result<std::unique_ptr<U3vRegisters>> U3vRegisters::create(const Config& config)
   registers->set(kStreams, 1);
   registers->set_long(kSirmAddress, u3v::kStream);
   registers->set(kSirmBytes, kStreamEnd - u3v::kStream);
-  registers->set(kSpeed, kSuperSpeed);
+  registers->set(kSpeed, kIsSuperSpeed);
   registers->set(kStreamLeaderBytes, kU3vLeaderBytes);
   registers->set(kStreamTrailerBytes, kU3vTrailerBytes);
   // The manifest: one description of GenApi schema 1.1, not compressed.

@@ -17,7 +17,7 @@ namespace hueline::sim {
 namespace {
 
 constexpr const char* kController = "/sys/devices/platform/vhci_hcd.0";
-constexpr int kSuperSpeed = 5, kPortIsFree = 4;
+constexpr int kUsbSuperSpeed = 5, kPortIsFree = 4;
 constexpr int kSocketBytes = 4 << 20;
 constexpr std::size_t kLargestOut = 1 << 20;  // nobody sends so much to a camera
 
@@ -91,7 +91,7 @@ Result<std::unique_ptr<UsbPort>> UsbPort::plug(UsbDevice& device) {
       return Error{
           ErrorCode::Unavailable,
           fmt::format("{} has no free SuperSpeed port; `modprobe vhci_hcd` makes the controller", kController)};
-    const std::string order = fmt::format("{} {} {} {}", port, kernels.get(), 0x10002 + port, kSuperSpeed);
+    const std::string order = fmt::format("{} {} {} {}", port, kernels.get(), 0x10002 + port, kUsbSuperSpeed);
     if (attach && ::write(attach.get(), order.data(), order.size()) == static_cast<ssize_t>(order.size())) return made;
     // Another program may have taken the port since it was found free.
     constexpr int kMostRefusals = 20;
