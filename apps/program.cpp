@@ -22,7 +22,7 @@ A first drive, without any hardware:
   hueline inspect out/drive/drive.mcap                                   shows what is in the recording
 
 The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
-summary.json, and report.html with the verdict.
+summary.json, and report.html and report.pdf with the verdict.
 
 Exit status:
   0  the work is done

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/calendar.hpp"
-#include "runtime/report.hpp"
+#include "runtime/report_content.hpp"
 #include "runtime/view_rig.hpp"
 #include "storage/las_writer.hpp"
 
@@ -52,7 +52,7 @@ Outputs::~Outputs() = default;
 Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const std::filesystem::path& dir, Tell tell) {
   auto folder = OutputFolder::open(dir);
   if (!folder.ok()) return folder.error();
-  for (const char* file : {rig.cloud_file(), "view.mcap", "summary.json", "report.html"})
+  for (const char* file : {rig.cloud_file(), "view.mcap", "summary.json", "report.html", "report.pdf"})
     if (Status done = check_output(dir / file); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
 }
@@ -201,7 +201,9 @@ Status Outputs::finish(const Health* health) {
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
   if (health != nullptr) {
     summary_.on_verdict(*health, judge_drive(rig_, *health, summary_));
-    keep("report.html", write_output(dir_ / "report.html", drive_report(rig_, *summary_.verdict(), summary_, map_)));
+    const ReportContent report = report_content(rig_, *summary_.verdict(), summary_, map_);
+    keep("report.html", write_output(dir_ / "report.html", report_html(report)));
+    keep("report.pdf", write_output(dir_ / "report.pdf", report_pdf(report)));
   }
   keep("summary.json",
        write_output(dir_ / "summary.json",

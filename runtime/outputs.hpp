@@ -18,9 +18,9 @@
 
 namespace hueline::runtime {
 
-/// Writes everything in a drive's folder besides the raw recording: cloud.las or cloud.laz, view.mcap and summary.json.
-/// Capture and replay use the same class. A write that fails is reported once and ends that file; the other files
-/// continue. Thread safety: none; the pipeline's thread calls all functions.
+/// Writes everything in a drive's folder besides the raw recording: cloud.las or cloud.laz, view.mcap, summary.json,
+/// report.html and report.pdf. Capture and replay use the same class. A write that fails is reported once and ends that
+/// file; the other files continue. Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {
  public:
   /// Called at once, on the thread that writes, with the reason why a file ends early, or with a drift of the
@@ -50,7 +50,8 @@ class Outputs : public ProductSink {
   void keep(const DiskReserve& reserve) { reserve_ = &reserve; }
 
   /// Closes the files and writes summary.json. Returns the first error of any file.
-  /// With `health`, of the pipeline after its flush(), the drive is judged, and report.html is written.
+  /// With `health`, of the pipeline after its flush(), the drive is judged, and report.html and report.pdf are
+  /// written.
   Status finish(const Health* health = nullptr);
 
   Summary& summary() { return summary_; }

@@ -227,7 +227,7 @@ void add_replay(Command& all) {
       "replay", "process a recording again with the same decoders, clocks and colouring; gives the same bytes");
   command.required("RECORDING", options->recording,
                    "drive.mcap or a drive's folder; a recording that was cut by a crash is read as far as it is whole");
-  command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json and report.html");
+  command.required("--out", options->out, "folder for cloud.las, view.mcap, summary.json, report.html and report.pdf");
   command.setting("--speed", options->speed,
                   "1: as fast as it was driven; 0.5: half as fast; 0: as fast as this computer can", {0.0, 1000.0});
   command.setting("--from", options->from_s,

@@ -49,7 +49,7 @@ for option in --write-rig --clocks --sights; do refused "$own" scenario.yaml -- 
 
 # The files of a folder are links of both kinds, to the recording itself and to something else.
 mkdir again
-for name in cloud.las view.mcap summary.json; do
+for name in cloud.las view.mcap summary.json report.html report.pdf; do
   ln drive/drive.mcap again/$name
   refused "$own" drive/drive.mcap -- "$hueline" replay drive --out again
   ln -sf ../drive/drive.mcap again/$name

@@ -72,7 +72,10 @@ EOF
 # are late.)
 grep -qE '"grade": "(good|usable with remarks)"' drive/summary.json || { sed -n '/"verdict"/,/"journal"/p' drive/summary.json; fail "the drive is not usable"; }
 [ "$(grep -c "<svg" drive/report.html)" = 1 ] || fail "the report has no map"
-cmp drive/report.html t1/report.html || fail "the replay's report differs"
+for run in t1 t4; do
+  for report in report.html report.pdf; do cmp drive/$report $run/$report || fail "the replay's $report differs"; done
+done
+python3 "$(dirname "$(realpath "$0")")/report_test.py" drive >said.txt 2>&1 || { cat said.txt; fail "the report as a PDF"; }
 # The watch over mounting and times looked at the same images, and saw the same in them.
 watched() { python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["watch"])' "$1/summary.json"; }
 for run in t1 t2 t4 half real; do

@@ -27,7 +27,7 @@ $hueline replay drive --out heard --speed 2 >/dev/null 2>&1 & replay=$!
 PYTHONPATH=$source/tests/apps/feed python3 "$source/tests/apps/feed/feed_replay.py" heard >said.txt 2>&1 || fail "the listener of the replay"
 got=0; wait $replay || got=$?
 for run in alone heard; do
-  for file in cloud.las view.mcap report.html; do cmp drive/$file $run/$file || fail "$run/$file is not the live run's"; done
+  for file in cloud.las view.mcap report.html report.pdf; do cmp drive/$file $run/$file || fail "$run/$file is not the live run's"; done
 done
 cmp alone/summary.json heard/summary.json || fail "the summaries of two replays differ"
 python3 - drive/summary.json alone/summary.json <<'END' || fail "the marks"
