@@ -175,10 +175,14 @@ Answer Api::get(const Request& request, const Session& session) {
   const std::string rest = request.path.substr(kDrives.size());
   const std::size_t slash = rest.find('/');
   const std::string file = slash == std::string::npos ? "" : rest.substr(slash + 1);
-  if (file != "summary.json" && file != "report.html") return refuse(404, "there is no such file");
+  const char* const type = file == "summary.json"  ? "application/json"
+                           : file == "report.html" ? "text/html; charset=utf-8"
+                           : file == "report.pdf"  ? "application/pdf"
+                                                   : nullptr;
+  if (type == nullptr) return refuse(404, "there is no such file");
   const auto path = drive_.file_of(rest.substr(0, slash), file);
   if (!path.ok()) return refuse(path.error().code == ErrorCode::Invalid ? 400 : 404, path.error().message);
-  Answer out = file_answer(*path, file == "report.html" ? "text/html; charset=utf-8" : "application/json");
+  Answer out = file_answer(*path, type);
   // The report has its style inside, and no script.
   if (file == "report.html" && out.status == 200)
     out.headers["Content-Security-Policy"] =

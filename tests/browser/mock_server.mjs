@@ -370,6 +370,7 @@ export class Mock {
       response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");
       return response.writeHead(200, { "Content-Type": kTypes[".html"] }).end(kReport);
     }
+    if (file === "report.pdf") return response.writeHead(200, { "Content-Type": "application/pdf" }).end("%PDF-1.4\n");
     const remarks = drive.grade === "good" ? [] : [
       { grade: drive.grade, sensor: "head", text: "without images for 64.0 s, more than the rig's 5.0 s", begin_s: 311, end_s: 375, length_m: 498 },
       { grade: "usable with remarks", sensor: "pos", text: "pose sigma 0.084 m at worst, above the rig's 0.05 m", begin_s: 120, end_s: 131, length_m: 77 },

@@ -95,6 +95,7 @@ test("start, drive, mark, stop, verdict", async () => {
   await page.waitForSelector(".verdict-view .answer.good");
   await see("You may leave the site.");
   await page.frameLocator("iframe.report").getByText("Drive report").waitFor();
+  assert.match(await page.getByRole("link", { name: "Save the report as PDF" }).getAttribute("href"), /^\/api\/drives\/[^/]+\/report\.pdf$/);
 });
 
 test("what is missing is named with what to do, and starting anyway needs a reason", async () => {

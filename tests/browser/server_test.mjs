@@ -92,6 +92,9 @@ try {
   console.log("verdict:", verdict.trim());
   assert.match(verdict, /GOOD|USABLE WITH REMARKS|DRIVE AGAIN/);
   await page.frameLocator("iframe.report").locator("svg").first().waitFor();
+  const [pdf] = await Promise.all([page.waitForEvent("download"), page.getByRole("link", { name: "Save the report as PDF" }).click()]);
+  assert.equal(pdf.suggestedFilename(), "today.pdf");
+  assert.match(fs.readFileSync(await pdf.path(), "latin1"), /^%PDF-1\.4/);
   const summary = JSON.parse(fs.readFileSync(path.join(work, "drives/today/summary.json"), "utf8"));
   assert.equal(summary.marks.at(-1).note, "Kirche 教堂");
   await page.goto(`${url}/#drives`);

@@ -139,7 +139,7 @@ def drive(name, is_disturbed):
     if not proof["is_whole"] or row["refused"] or row["lost in buffers"]:
         failures.append(f"{name}: packets were lost")
     subprocess.run([hueline, "replay", folder, "--out", work + "/again", "--no-feed"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    for file in ("cloud.las", "view.mcap", "report.html"):
+    for file in ("cloud.las", "view.mcap", "report.html", "report.pdf"):
         if open(f"{folder}/{file}", "rb").read() != open(f"{work}/again/{file}", "rb").read():
             failures.append(f"{name}: {file} of the replay is not the live run's")
     shutil.rmtree(work + "/again")

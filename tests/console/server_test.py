@@ -299,11 +299,14 @@ try:
     assert status == 200 and [m["note"] for m in summary["marks"]] == ["started although the check said not ready: no time", "bump \u2713"], summary.get("marks")
     status, report = server.ask("GET", "/api/drives/first/report.html")
     assert status == 200 and b"bump" in report and "sandbox" in server.headers["Content-Security-Policy"]
+    status, report = server.ask("GET", "/api/drives/first/report.pdf")
+    assert status == 200 and report == open(work + "/drives/first/report.pdf", "rb").read() and report.startswith(b"%PDF-"), status
+    assert server.headers["Content-Type"] == "application/pdf", server.headers
     drives = server.ask("GET", "/api/drives")[1]["drives"]
     assert drives[0]["name"] == "first" and drives[0]["bytes"] > 1e5 and drives[0]["grade"], drives
     # The same bytes as a replay makes without anybody.
     subprocess.run([hueline, "replay", work + "/drives/first", "--out", work + "/alone", "--no-feed"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    for file in ("cloud.las", "view.mcap", "report.html"):
+    for file in ("cloud.las", "view.mcap", "report.html", "report.pdf"):
         assert open(f"{work}/drives/first/{file}", "rb").read() == open(f"{work}/alone/{file}", "rb").read(), file
 
     # A replay is shown in the same way.

@@ -68,7 +68,10 @@ export function Verdict({ drive }: { drive: string }) {
       <h3>{t("verdict.reasons")}</h3>
       {remarks.length > 0 ? <ul class="items">{remarks.map((one, i) => <RemarkLine key={i} remark={one} />)}</ul> : <p>{t("verdict.no_reasons")}</p>}
       <h3>{t("verdict.report")}</h3>
-      <p><a class="button" href={`${folder}/report.html`} target="_blank" rel="noopener">{t("verdict.open_report")}</a></p>
+      <p class="files">
+        <a class="button" href={`${folder}/report.html`} target="_blank" rel="noopener">{t("verdict.open_report")}</a>
+        <a class="button" href={`${folder}/report.pdf`} download={`${drive}.pdf`}>{t("verdict.save_pdf")}</a>
+      </p>
       <iframe class="report" sandbox="" src={`${folder}/report.html`} title={t("verdict.report")} />
     </section>
   );

@@ -201,6 +201,7 @@ export const catalogue = {
   "verdict.no_reasons": ["Nothing was worse than the rig wants.", "所有指标均满足配置要求。"],
   "verdict.report": ["Report", "报告"],
   "verdict.open_report": ["Open the report in its own window", "在新窗口打开报告"],
+  "verdict.save_pdf": ["Save the report as PDF", "将报告存为 PDF"],
   "verdict.at": ["{begin} to {end}, {length}", "{begin} 至 {end}，{length}"],
 
   // cloud
