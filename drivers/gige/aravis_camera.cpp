@@ -274,7 +274,7 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config, const
   return camera;
 }
 
-std::string usb_serial_of(const std::string& id) {
+std::string usb3_serial_of(const std::string& id) {
   const LookOn only(kUsb3Vision);
   arv_update_device_list();
   const auto text = [](const char* one) { return std::string(one ? one : ""); };

@@ -31,7 +31,7 @@ Result<GRef<ArvCamera>> connect_camera(const AravisSource::Config& config,
 /// Returns the serial number of the USB3 Vision camera that Aravis lists by this name (maker-GUID-serial), or that has
 /// this GUID, or this maker, model and serial with hyphens between; empty if there is none. Aravis opens every such
 /// camera to look at it.
-std::string usb_serial_of(const std::string& id);
+std::string usb3_serial_of(const std::string& id);
 /// Returns the IPv4 address and port of `address`.
 sockaddr_in ipv4_of(GSocketAddress* address);
 

@@ -87,7 +87,7 @@ class GenicamSource final : public PacketSource {
   /// Ethernet is searched only for a camera that is not on USB, because that takes a second.
   std::string serial_on_usb() const {
     if (!config_.address.empty()) return {};
-    if (!config_.id.empty()) return usb_serial_of(config_.id);
+    if (!config_.id.empty()) return usb3_serial_of(config_.id);
     return is_u3v_on_usb(config_.serial) ? config_.serial : std::string();
   }
   Status open_on_usb(std::string serial) {
