@@ -156,6 +156,7 @@ endfunction()
 function(hueline_fuzz name)
   cmake_parse_arguments(F "" "" "SOURCES;DEPENDS;CORPUS" ${ARGN})
   add_executable(${name}_fuzz ${F_SOURCES})
+  set_target_properties(${name}_fuzz PROPERTIES UNITY_BUILD OFF)  # the driver has its own words for bytes
   target_link_libraries(${name}_fuzz PRIVATE ${F_DEPENDS})
   if(NOT HUELINE_FUZZ)
     hueline_precompile(${name}_fuzz hueline_precompiled)
