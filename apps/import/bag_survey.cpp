@@ -158,8 +158,8 @@ bool FrameTree::take(RosReader in, bool is_static) {
 
 std::vector<std::pair<std::string, Eigen::Isometry3d>> FrameTree::to_root(const std::string& frame) const {
   std::vector<std::pair<std::string, Eigen::Isometry3d>> out{{frame, Eigen::Isometry3d::Identity()}};
-  constexpr std::size_t kDeepest = 100;  // a circle ends here
-  for (auto found = parents_.find(frame); found != parents_.end() && !found->second.moves && out.size() < kDeepest;
+  constexpr std::size_t kDeepestTree = 100;  // a circle ends here
+  for (auto found = parents_.find(frame); found != parents_.end() && !found->second.moves && out.size() < kDeepestTree;
        found = parents_.find(found->second.frame))
     out.emplace_back(found->second.frame, found->second.T_parent_child * out.back().second);
   return out;
