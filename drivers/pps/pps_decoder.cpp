@@ -6,13 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/pps/as_stamped.hpp"
+
 namespace hueline::drivers {
-namespace {
-
-// Far above the rounding of the difference, far below what Ingest corrects.
-constexpr double kReceivedAsStamped_s = 1e-3;
-
-}  // namespace
+namespace {}  // namespace
 
 std::string PpsDecoder::Config::validate() const {
   if (edge != PpsEdgeKind::Assert && edge != PpsEdgeKind::Clear) return "edge: assert or clear";

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/pps/as_stamped.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -17,8 +18,6 @@ constexpr std::chrono::seconds kGpsBeginsInTai(315'964'819);
 constexpr std::chrono::seconds kSetSince(1'577'836'800);  // 2020-01-01
 // A clock that drifts by 100 ppm is 2 us off then.
 constexpr nanoseconds kLongestAfterSecond = std::chrono::milliseconds(20);
-// Far above the rounding of the difference, far below what Ingest corrects.
-constexpr double kMeasuredAsStamped_s = 1e-3;
 constexpr nanoseconds kLongestHalfWindow = std::chrono::microseconds(50);
 
 }  // namespace
@@ -65,7 +64,7 @@ void PtpDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
                     std::chrono::duration<double, std::micro>(reading->half_window).count()));
   // Ingest sets `received` to the arrival if the reading's own time is impossible.
   const double off_s = to_seconds(packet.received.time_since_epoch()) - to_seconds(reading->host.time_since_epoch());
-  if (std::abs(off_s) > kMeasuredAsStamped_s)
+  if (std::abs(off_s) > kReceivedAsStamped_s)
     return ignore(FaultKind::Spurious, "a reading of the PTP clock is stamped off its arrival: not used");
   counts_.decoded_bytes += bytes.size();
   out.push_back(PpsEdge{packet.sensor, reading->host - after, reading->sequence});

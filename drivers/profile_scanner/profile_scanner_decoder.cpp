@@ -6,14 +6,13 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/label_limit.hpp"
 #include "drivers/profile_scanner/profile_scanner_kernel.hpp"
 
 namespace hueline::drivers {
 namespace {
 
 using std::chrono::seconds;
-/// A label is given up to this time after its edge. Later the next edge may come before the datagram arrives.
-constexpr nanoseconds kSecondReadTo = std::chrono::milliseconds(900);
 
 constexpr nanoseconds kCounterPeriod = seconds(std::int64_t{1} << 32U);
 
@@ -165,7 +164,7 @@ void ProfileScannerDecoder::label(const Packet& packet, const ProfileHeader& hea
   if (!status.has_label || header.scale == ProfileTimeScale::None) return;
   const nanoseconds since =
       seconds(std::int64_t{header.second} - std::int64_t{status.edge_second}) + nanoseconds(header.nanosecond);
-  if (since < nanoseconds(0) || since > kSecondReadTo) return;
+  if (since < nanoseconds(0) || since > kLabelTo) return;
   TimeLabel label;
   label.sensor = sensor_;
   label.received = packet.received;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/label_limit.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -22,8 +23,6 @@ constexpr double kTurn = 2 * std::numbers::pi;
 constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 /// A gap of the stamps up to this long is told in packets.
 constexpr nanoseconds kLongestGap = seconds(10);
-/// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
-constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
 /// Period of the scanner's own counter: 100 years.
 constexpr nanoseconds kLongest = std::chrono::hours(876'000);
 /// TAI minus UTC was 10 s more than the leap seconds since 1972; GPS time is 19 s behind TAI.
@@ -32,11 +31,8 @@ constexpr seconds kTaiMinusGps(19);
 constexpr double kLargestStep = 1.0 / 180 * std::numbers::pi;
 constexpr std::size_t kHeadBytes = 42, kBlockBytes = 100;
 
-unsigned u16(std::span<const std::byte> bytes, std::size_t at) {
-  return static_cast<unsigned>(bytes[at]) << 8 | static_cast<unsigned>(bytes[at + 1]);
-}
 bool has_flag(std::span<const std::byte> bytes, std::size_t block) {
-  return u16(bytes, kHeadBytes + block * kBlockBytes) == 0xFFEE;
+  return robosense_u16(bytes, kHeadBytes + block * kBlockBytes) == 0xFFEE;
 }
 
 double in_turn(double angle) {
@@ -264,8 +260,8 @@ std::optional<LaserTime> RobosenseDecoder::time_of(UnixTime stamp) const {
 bool RobosenseDecoder::is_dual(std::span<const std::byte> bytes) const {
   if (!description_bytes_.empty()) return description_.is_dual;
   constexpr std::size_t kAzimuthAt = kHeadBytes + 2;
-  return table_->beams == 32 && u16(bytes, kAzimuthAt) == u16(bytes, kAzimuthAt + kBlockBytes) &&
-         u16(bytes, kAzimuthAt) != u16(bytes, kAzimuthAt + 2 * kBlockBytes);
+  return table_->beams == 32 && robosense_u16(bytes, kAzimuthAt) == robosense_u16(bytes, kAzimuthAt + kBlockBytes) &&
+         robosense_u16(bytes, kAzimuthAt) != robosense_u16(bytes, kAzimuthAt + 2 * kBlockBytes);
 }
 
 double RobosenseDecoder::packet_us(std::span<const std::byte> bytes) const {
@@ -344,7 +340,7 @@ std::vector<RobosenseBlock> RobosenseDecoder::blocks_of(std::span<const std::byt
   const double nominal = kTurn * description_.revolutions_hz * table_->firing_period_us * 1e-6;
   std::vector<RobosenseBlock> out(kRobosenseBlocks);
   const auto azimuth = [&](std::size_t block) {
-    return u16(bytes, kHeadBytes + block * kBlockBytes + 2) * 0.01 / 180 * std::numbers::pi;
+    return robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2) * 0.01 / 180 * std::numbers::pi;
   };
   double time_us = 0, last_step = nominal * firings;
   bool has_gap = false;
@@ -370,7 +366,7 @@ std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, st
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
   const std::size_t together = has_both && !is_twice ? 2 : 1;
   const auto is_usable = [&](std::size_t block) {
-    return has_flag(bytes, block) && u16(bytes, kHeadBytes + block * kBlockBytes + 2) < 36000;
+    return has_flag(bytes, block) && robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2) < 36000;
   };
   std::array<RobosenseKernel::Firings, kRobosenseBlocks> firings;
   std::size_t bad = 0, count = 0;

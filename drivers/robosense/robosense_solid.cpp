@@ -15,6 +15,7 @@
 
 #include "drivers/portable_vectors-inl.hpp"
 #include "drivers/robosense/robosense_solid.hpp"
+#include "drivers/robosense/robosense_wire.hpp"
 #include "drivers/write_returns-inl.hpp"
 
 #ifndef HUELINE_DRIVERS_ROBOSENSE_SOLID_ONCE
@@ -93,9 +94,6 @@ constexpr std::size_t kM1Bytes = 1210, kM1Blocks = 25, kM1BlockBytes = 47, kM1Po
 constexpr std::size_t kE1Bytes = 1200, kE1Blocks = 96, kE1BlockBytes = 12;
 constexpr double kRangeUnit = 0.005, kVectorUnit = 1.0 / 32768, kRadPerHundredth = std::numbers::pi / 18000;
 
-unsigned u8(std::span<const std::byte> bytes, std::size_t at) { return static_cast<unsigned>(bytes[at]); }
-unsigned u16(std::span<const std::byte> bytes, std::size_t at) { return u8(bytes, at) << 8 | u8(bytes, at + 1); }
-
 constexpr std::uint32_t tags_of(unsigned channel, unsigned reflectivity, unsigned return_number) {
   return channel | reflectivity << 16U | return_number << 24U;
 }
@@ -103,17 +101,18 @@ constexpr std::uint32_t tags_of(unsigned channel, unsigned reflectivity, unsigne
 }  // namespace
 
 std::optional<RobosenseSolidPacket> decode_robosense_solid(std::span<const std::byte> bytes) {
-  if ((bytes.size() != kM1Bytes && bytes.size() != kE1Bytes) || u16(bytes, 0) != 0x55AA || u16(bytes, 2) != 0x5AA5)
+  if ((bytes.size() != kM1Bytes && bytes.size() != kE1Bytes) || robosense_u16(bytes, 0) != 0x55AA ||
+      robosense_u16(bytes, 2) != 0x5AA5)
     return {};
   RobosenseSolidPacket out;
   out.is_m1 = bytes.size() == kM1Bytes;
   out.name = out.is_m1 ? "RS-LiDAR-M1" : "RS-LiDAR-E1";
-  out.sequence = static_cast<std::uint16_t>(u16(bytes, 4));
-  out.is_dual = u8(bytes, 8) == 0;
-  out.follows_ptp = u8(bytes, 9) != 0;
+  out.sequence = static_cast<std::uint16_t>(robosense_u16(bytes, 4));
+  out.is_dual = robosense_u8(bytes, 8) == 0;
+  out.follows_ptp = robosense_u8(bytes, 9) != 0;
   std::uint64_t second = 0, microsecond = 0;
-  for (std::size_t i = 10; i < 16; ++i) second = second << 8 | u8(bytes, i);
-  for (std::size_t i = 16; i < 20; ++i) microsecond = microsecond << 8 | u8(bytes, i);
+  for (std::size_t i = 10; i < 16; ++i) second = second << 8 | robosense_u8(bytes, i);
+  for (std::size_t i = 16; i < 20; ++i) microsecond = microsecond << 8 | robosense_u8(bytes, i);
   if (second <= 4'294'967'295u && microsecond <= 999'999)
     out.time = UnixTime(std::chrono::seconds(static_cast<std::int64_t>(second)) +
                         std::chrono::microseconds(static_cast<std::int64_t>(microsecond)));
@@ -125,22 +124,22 @@ void decode_robosense_solid_points(std::span<const std::byte> bytes, const Robos
   RobosenseSolidPoints points;
   points.is_spherical = packet.is_m1;
   const auto add_range = [&](std::size_t at) {
-    const double range = kRangeUnit * u16(bytes, at);
+    const double range = kRangeUnit * robosense_u16(bytes, at);
     points.range_m[points.count] = range >= min_range_m && range <= max_range_m ? range : 0;
     return range;
   };
   if (packet.is_m1) {
     for (std::size_t block = 0; block < kM1Blocks; ++block) {
       const std::size_t head = kHead + block * kM1BlockBytes;
-      const unsigned number = packet.is_dual && u8(bytes, head + 1) == 2 ? 2 : 1;
+      const unsigned number = packet.is_dual && robosense_u8(bytes, head + 1) == 2 ? 2 : 1;
       for (unsigned point = 0; point < kM1Points; ++point, ++points.count) {
         const std::size_t at = head + 2 + point * kM1PointBytes;
         add_range(at);
-        points.said[0][points.count] = kRadPerHundredth * (static_cast<int>(u16(bytes, at + 2)) - 32768);
-        points.said[1][points.count] = kRadPerHundredth * (static_cast<int>(u16(bytes, at + 4)) - 32768);
+        points.said[0][points.count] = kRadPerHundredth * (static_cast<int>(robosense_u16(bytes, at + 2)) - 32768);
+        points.said[1][points.count] = kRadPerHundredth * (static_cast<int>(robosense_u16(bytes, at + 4)) - 32768);
         points.said[2][points.count] = 0;
-        points.time_ns[points.count] = 1000 * u8(bytes, head);
-        points.tags[points.count] = tags_of(point, u8(bytes, at + 6), number);
+        points.time_ns[points.count] = 1000 * robosense_u8(bytes, head);
+        points.tags[points.count] = tags_of(point, robosense_u8(bytes, at + 6), number);
       }
     }
   } else {
@@ -148,9 +147,10 @@ void decode_robosense_solid_points(std::span<const std::byte> bytes, const Robos
       const std::size_t at = kHead + block * kE1BlockBytes;
       const double range = add_range(at + 2);
       for (std::size_t i = 0; i < 3; ++i)
-        points.said[i][points.count] = range * kVectorUnit * static_cast<std::int16_t>(u16(bytes, at + 4 + 2 * i));
-      points.time_ns[points.count] = 1000 * u16(bytes, at);
-      points.tags[points.count] = tags_of(0, u8(bytes, at + 10), 1);
+        points.said[i][points.count] =
+            range * kVectorUnit * static_cast<std::int16_t>(robosense_u16(bytes, at + 4 + 2 * i));
+      points.time_ns[points.count] = 1000 * robosense_u16(bytes, at);
+      points.tags[points.count] = tags_of(0, robosense_u8(bytes, at + 10), 1);
     }
   }
   for (std::size_t k = points.count; k % 16 != 0; ++k) {

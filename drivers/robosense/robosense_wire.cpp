@@ -51,25 +51,20 @@ constexpr std::array<RobosenseTable, 6> kTables{{
     {RobosenseModel::Helios16, "RS-Helios-16P", 16, 0.0025, 0.03498, 0, 55.56, twice(1.73f, 55.56f)},
 }};
 
-unsigned byte_at(std::span<const std::byte> bytes, std::size_t at) { return static_cast<unsigned>(bytes[at]); }
-unsigned big16(std::span<const std::byte> bytes, std::size_t at) {
-  return byte_at(bytes, at) << 8 | byte_at(bytes, at + 1);
-}
-
 template <std::size_t N>
 bool begins(std::span<const std::byte> bytes, const std::array<unsigned, N>& signature) {
   if (bytes.size() != kRobosenseBytes) return false;
   for (std::size_t i = 0; i < N; ++i)
-    if (byte_at(bytes, i) != signature[i]) return false;
+    if (robosense_u8(bytes, i) != signature[i]) return false;
   return true;
 }
 
 /// A calibrated angle, or nothing.
 std::optional<double> angle(std::span<const std::byte> bytes, std::size_t at, double unit_deg) {
-  if (byte_at(bytes, at) == 0xFF) return {};
-  const double deg = unit_deg * big16(bytes, at + 1);
+  if (robosense_u8(bytes, at) == 0xFF) return {};
+  const double deg = unit_deg * robosense_u16(bytes, at + 1);
   if (deg > 180) return {};
-  return (byte_at(bytes, at) == 0 ? deg : -deg) * kRadPerDeg;
+  return (robosense_u8(bytes, at) == 0 ? deg : -deg) * kRadPerDeg;
 }
 
 bool has_two_clocks(RobosenseModel model) {
@@ -91,7 +86,7 @@ bool read_angles(std::span<const std::byte> bytes, std::size_t beams, double uni
 bool read_rs16_angles(std::span<const std::byte> bytes, RobosenseDescription& out) {
   for (std::size_t beam = 0; beam < 16; ++beam) {
     const std::size_t at = kRs16ElevationsAt + 3 * beam;
-    const double deg = 1e-4 * (byte_at(bytes, at) << 16 | big16(bytes, at + 1));
+    const double deg = 1e-4 * (robosense_u8(bytes, at) << 16 | robosense_u16(bytes, at + 1));
     if (deg > 90) return false;
     out.elevations.push_back((beam < 8 ? -deg : deg) * kRadPerDeg);
     out.azimuths.push_back(0);
@@ -114,13 +109,13 @@ bool is_robosense_description(std::span<const std::byte> bytes) { return begins(
 std::optional<RobosenseModel> robosense_model(std::span<const std::byte> bytes) {
   // The Airy has the same signature and larger blocks.
   if (begins(bytes, kHeliosPoints))
-    return big16(bytes, kSecondBlockAt) == 0xFFEE ? std::optional(RobosenseModel::Helios) : std::nullopt;
+    return robosense_u16(bytes, kSecondBlockAt) == 0xFFEE ? std::optional(RobosenseModel::Helios) : std::nullopt;
   if (!begins(bytes, kPoints)) return {};
   for (const std::size_t at : {kModelAt + 1, kModelAt}) {
-    if (byte_at(bytes, at) == 1) return RobosenseModel::Rs16;
-    if (byte_at(bytes, at) == 2) return RobosenseModel::Rs32;
-    if (byte_at(bytes, at) == 3)
-      return byte_at(bytes, kVersionAt) == 4 ? RobosenseModel::Bpearl4 : RobosenseModel::Bpearl;
+    if (robosense_u8(bytes, at) == 1) return RobosenseModel::Rs16;
+    if (robosense_u8(bytes, at) == 2) return RobosenseModel::Rs32;
+    if (robosense_u8(bytes, at) == 3)
+      return robosense_u8(bytes, kVersionAt) == 4 ? RobosenseModel::Bpearl4 : RobosenseModel::Bpearl;
   }
   return {};
 }
@@ -130,20 +125,20 @@ std::optional<RobosenseDescription> decode_robosense_description(std::span<const
   if (!is_robosense_description(bytes)) return {};
   RobosenseDescription out;
   // A scanner that starts or stands still sends 0. No model turns so slowly that a packet would last for seconds.
-  if (const unsigned rpm = big16(bytes, kSpeedAt); rpm >= kSlowestRpm) out.revolutions_hz = rpm / 60.0;
-  const unsigned first = big16(bytes, kWindowAt), last = big16(bytes, kWindowAt + 2);
+  if (const unsigned rpm = robosense_u16(bytes, kSpeedAt); rpm >= kSlowestRpm) out.revolutions_hz = rpm / 60.0;
+  const unsigned first = robosense_u16(bytes, kWindowAt), last = robosense_u16(bytes, kWindowAt + 2);
   const unsigned seen = (last > first ? last : last + 36000) - first;
   out.blind_rad = seen < 36000 ? (36000 - seen) * 0.01 * kRadPerDeg : 0;
-  out.is_dual = byte_at(bytes, kReturnsAt) == 0;
+  out.is_dual = robosense_u8(bytes, kReturnsAt) == 0;
   const bool is_bpearl = model == RobosenseModel::Bpearl || model == RobosenseModel::Bpearl4;
-  out.is_reversed = is_bpearl && byte_at(bytes, kReversedAt) != 0;
+  out.is_reversed = is_bpearl && robosense_u8(bytes, kReversedAt) != 0;
   using Clock = RobosenseDescription::Clock;
   if (has_two_clocks(model))
-    out.clock = byte_at(bytes, kSyncAt + 1) == 1   ? Clock::Receiver
-                : byte_at(bytes, kSyncAt + 1) == 2 ? Clock::Ptp
-                                                   : Clock::Free;
+    out.clock = robosense_u8(bytes, kSyncAt + 1) == 1   ? Clock::Receiver
+                : robosense_u8(bytes, kSyncAt + 1) == 2 ? Clock::Ptp
+                                                        : Clock::Free;
   else
-    out.clock = byte_at(bytes, kGpsAt) == 1 ? Clock::Receiver : Clock::Free;
+    out.clock = robosense_u8(bytes, kGpsAt) == 1 ? Clock::Receiver : Clock::Free;
 
   if (model == RobosenseModel::Rs16) return read_rs16_angles(bytes, out) ? std::optional(out) : std::nullopt;
   const double unit = model == RobosenseModel::Rs32 ? 0.001 : 0.01;
@@ -163,14 +158,14 @@ std::optional<UnixTime> decode_robosense_time(std::span<const std::byte> bytes, 
   using namespace std::chrono;
   if (has_two_clocks(model)) {
     std::uint64_t second = 0, microsecond = 0;
-    for (std::size_t i = 0; i < 6; ++i) second = second << 8 | byte_at(bytes, kTimeAt + i);
-    for (std::size_t i = 6; i < 10; ++i) microsecond = microsecond << 8 | byte_at(bytes, kTimeAt + i);
+    for (std::size_t i = 0; i < 6; ++i) second = second << 8 | robosense_u8(bytes, kTimeAt + i);
+    for (std::size_t i = 6; i < 10; ++i) microsecond = microsecond << 8 | robosense_u8(bytes, kTimeAt + i);
     if (second > 4'294'967'295u || microsecond > 999'999) return {};
     return UnixTime(seconds(static_cast<std::int64_t>(second)) + microseconds(static_cast<std::int64_t>(microsecond)));
   }
-  const auto at = [&](std::size_t i) { return byte_at(bytes, kTimeAt + i); };
+  const auto at = [&](std::size_t i) { return robosense_u8(bytes, kTimeAt + i); };
   const year_month_day date{year(2000 + static_cast<int>(at(0))), month(at(1)), day(at(2))};
-  const unsigned millisecond = big16(bytes, kTimeAt + 6), microsecond = big16(bytes, kTimeAt + 8);
+  const unsigned millisecond = robosense_u16(bytes, kTimeAt + 6), microsecond = robosense_u16(bytes, kTimeAt + 8);
   if (!date.ok() || at(3) > 23 || at(4) > 59 || at(5) > 59 || millisecond > 999 || microsecond > 999) return {};
   return UnixTime(sys_days(date).time_since_epoch() + hours(at(3)) + minutes(at(4)) + seconds(at(5)) +
                   milliseconds(millisecond) + microseconds(microsecond));

@@ -71,6 +71,14 @@ struct RobosenseDescription {
   std::vector<double> elevations, azimuths;  ///< of each beam, rad; azimuths are added to the block's
 };
 
+/// Return the number of one byte, or of two, big endian, at this place of a packet.
+inline unsigned robosense_u8(std::span<const std::byte> bytes, std::size_t at) {
+  return static_cast<unsigned>(bytes[at]);
+}
+inline unsigned robosense_u16(std::span<const std::byte> bytes, std::size_t at) {
+  return robosense_u8(bytes, at) << 8 | robosense_u8(bytes, at + 1);
+}
+
 /// Returns the family of a packet of points from its first bytes; of Helios, which of the two it is, the description
 /// says. Nothing: it is no packet of points of a known model.
 std::optional<RobosenseModel> robosense_model(std::span<const std::byte> bytes);

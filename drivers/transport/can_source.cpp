@@ -19,17 +19,13 @@
 #include <utility>
 
 #include "drivers/can/can_frame.hpp"
+#include "drivers/transport/socket_option.hpp"
 
 namespace hueline::drivers {
 namespace {
 
 constexpr int kWait_ms = 100;
 static_assert(sizeof(can_frame) == kCanFrameSize && sizeof(canfd_frame) == kCanFdFrameSize);
-
-template <class T>
-bool set_can_option(int fd, int level, int option, const T& value) {
-  return ::setsockopt(fd, level, option, &value, sizeof(value)) == 0;
-}
 
 bool is_absence(int why) { return why == ENETDOWN || why == ENODEV || why == ENXIO; }
 
@@ -99,17 +95,18 @@ Status CanSource::open() {
 
   const int on = 1;
   const can_err_mask_t errors = CAN_ERR_MASK;
-  if (!set_can_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on)) return refuse(io_error("ask for CAN FD frames", errno));
-  if (!set_can_option(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors))
+  if (!set_socket_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on))
+    return refuse(io_error("ask for CAN FD frames", errno));
+  if (!set_socket_option(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors))
     return refuse(io_error("ask for error frames", errno));
-  if (!set_can_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
-      !set_can_option(fd_, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
+  if (!set_socket_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, config_.receive_buffer_bytes) &&
+      !set_socket_option(fd_, SOL_SOCKET, SO_RCVBUF, config_.receive_buffer_bytes))
     return refuse(io_error("set the receive buffer of " + config_.interface, errno));
   const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RX_HARDWARE |
                      SOF_TIMESTAMPING_RAW_HARDWARE;
-  if (!set_can_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps))
+  if (!set_socket_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps))
     return refuse(io_error("ask for stamps on " + config_.interface, errno));
-  if (!set_can_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on))
+  if (!set_socket_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on))
     return refuse(io_error("ask for the drop counter of " + config_.interface, errno));
   sockaddr_can address{};
   address.can_family = AF_CAN;

@@ -15,6 +15,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/transport/socket_option.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -30,11 +32,6 @@ int connect_within(int fd, const addrinfo& address, int timeout_ms) {
   socklen_t size = sizeof(error);
   if (::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) < 0) return errno;
   return error;
-}
-
-void set_option(int fd, int level, int option, int value) {
-  // Errors are ignored: without these options the connection works as well, only less precisely.
-  (void)::setsockopt(fd, level, option, &value, sizeof(value));
 }
 
 }  // namespace
@@ -80,11 +77,12 @@ Result<int> TcpSource::connect() {
     error = connect_within(fd, *address, static_cast<int>(config_.connect_timeout.count()));
     if (error == 0) {
       const int seconds = static_cast<int>(config_.peer_timeout.count());
-      set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
-      set_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
-      set_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, std::max(1, seconds / 3));
-      set_option(fd, IPPROTO_TCP, TCP_KEEPINTVL, std::max(1, seconds / 3));
-      set_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 2);
+      // Errors are ignored: without these options the connection works as well, only less precisely.
+      (void)set_socket_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+      (void)set_socket_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+      (void)set_socket_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, std::max(1, seconds / 3));
+      (void)set_socket_option(fd, IPPROTO_TCP, TCP_KEEPINTVL, std::max(1, seconds / 3));
+      (void)set_socket_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 2);
       return fd;
     }
     ::close(fd);

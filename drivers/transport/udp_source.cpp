@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "drivers/transport/first_sender.hpp"
+#include "drivers/transport/socket_option.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -30,11 +31,6 @@ std::string to_text(in_addr_t address) {
   std::array<char, INET_ADDRSTRLEN> text{};
   const in_addr in{address};
   return ::inet_ntop(AF_INET, &in, text.data(), text.size()) ? text.data() : "?";
-}
-
-template <class T>
-bool set_socket_option(int fd, int level, int option, const T& value) {
-  return ::setsockopt(fd, level, option, &value, sizeof(value)) == 0;
 }
 
 }  // namespace

@@ -11,13 +11,12 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::size_t kStampAt = 1200, kModeAt = 1204, kProductAt = 1205;
 constexpr std::size_t kBlockBytes = 100;
 /// Number of packet pairs after which their timing is believed: instead of a factory byte of another model, and against
 /// a factory byte that agrees with the rig.
 constexpr int kPairsFor = 3, kPairsAgainst = 20;
 constexpr std::size_t kMostHeld = 16;
-constexpr unsigned kStrongest = 0x37, kLast = 0x38, kDual = 0x39;
+constexpr unsigned kStrongest = 0x37, kLast = 0x38;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
 /// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
@@ -148,8 +147,8 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
 
 void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
-  const auto mode = static_cast<unsigned>(bytes[kModeAt]);
-  if (mode != kStrongest && mode != kLast && mode != kDual)
+  const auto mode = static_cast<unsigned>(bytes[kVelodyneModeAt]);
+  if (mode != kStrongest && mode != kLast && mode != kVelodyneDual)
     return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode),
                      out);
   timing_.add(bytes);
@@ -158,7 +157,7 @@ void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>
 
 /// Returns whether to decode the packet now. If not, it has been refused or is held.
 bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& out) {
-  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
+  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kVelodyneProductAt]);
   if (product == table_.product_id) {
     const auto model = timing_.model(kPairsAgainst);
     if (!model || velodyne_table(*model).packet_period(false) == table_.packet_period(false)) return true;
@@ -189,7 +188,7 @@ void VelodyneDecoder::judge_held(bool are_ours, std::vector<Measurement>& out) {
 void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement>& out) {
   ++counts_.messages["data of another model"];
   counts_.ignored_bytes += packet.bytes.size();
-  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kProductAt]);
+  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kVelodyneProductAt]);
   const std::string name = velodyne_product_name(product);
   const auto model = timing_.model(kPairsFor);
   out.push_back(
@@ -203,9 +202,9 @@ void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement
 
 void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
-  const auto mode = static_cast<unsigned>(bytes[kModeAt]);
+  const auto mode = static_cast<unsigned>(bytes[kVelodyneModeAt]);
   std::uint32_t stamp_us = 0;
-  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kVelodyneStampAt + i]) << (8 * i);
   // A scanner that learns of the new hour late, or never, counts on beyond its end.
   nanoseconds first_firing = std::chrono::microseconds(stamp_us) % kHour;
 
@@ -219,7 +218,7 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
   }
   std::copy(bytes.begin(), bytes.end(), newest_bytes_.begin());
 
-  const bool is_dual = mode == kDual;
+  const bool is_dual = mode == kVelodyneDual;
   const nanoseconds duration = table_.packet_period(is_dual);
   first_firing += table_.first_firing;
   if (config_.stamp == PacketStamp::LastFiring)

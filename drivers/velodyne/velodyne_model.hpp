@@ -33,6 +33,9 @@ enum class VelodyneModel : std::uint8_t { Vlp16, Hdl32e, PuckHiRes, Vlp32c, Vls1
 inline constexpr std::array kVelodyneModels{VelodyneModel::Vlp16, VelodyneModel::Hdl32e, VelodyneModel::PuckHiRes,
                                             VelodyneModel::Vlp32c, VelodyneModel::Vls128};
 
+/// Where the fields of a data packet are, and the return mode in which each block comes twice.
+constexpr std::size_t kVelodyneStampAt = 1200, kVelodyneModeAt = 1204, kVelodyneProductAt = 1205;
+constexpr std::uint8_t kVelodyneDual = 0x39;
 constexpr int kVelodyneBlocks = 12;           ///< blocks in a data packet
 constexpr int kVelodyneFiringsPerBlock = 32;  ///< firings in a block
 constexpr std::size_t kVelodyneDataBytes = 1206;

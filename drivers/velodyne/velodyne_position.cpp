@@ -11,7 +11,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::size_t kPositionStampAt = 198, kPpsAt = 202, kNmeaAt = 206;
+constexpr std::size_t kStampAt = 198, kPpsAt = 202, kNmeaAt = 206;
 constexpr std::size_t kNmeaRoom = 128;
 
 int hex_digit(char c) {
@@ -92,8 +92,7 @@ Result<VelodynePosition> decode_position(std::span<const std::byte> bytes) {
     return malformed_position(
         fmt::format("position packet of {} bytes; {} expected", bytes.size(), kVelodynePositionBytes));
   VelodynePosition position;
-  for (std::size_t i = 0; i < 4; ++i)
-    position.hour_us |= static_cast<std::uint32_t>(bytes[kPositionStampAt + i]) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i) position.hour_us |= static_cast<std::uint32_t>(bytes[kStampAt + i]) << (8 * i);
   position.hour_us %= 3'600'000'000u;  // it may count on beyond the hour
   position.pps = pulse_status(static_cast<std::uint8_t>(bytes[kPpsAt]));
   const std::string_view room(reinterpret_cast<const char*>(bytes.data()) + kNmeaAt, kNmeaRoom);

@@ -8,8 +8,6 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr std::size_t kTimeOfDayAt = 1200, kReturnModeAt = 1204;
-constexpr std::byte kDualMode{0x39};
 /// A Puck Hi-Res has the timing of a VLP-16.
 constexpr std::array kTimed{VelodyneModel::Vlp16, VelodyneModel::Hdl32e, VelodyneModel::Vlp32c, VelodyneModel::Vls128};
 constexpr int kMostVotes = 1'000'000;
@@ -47,12 +45,12 @@ bool is_told_by_timing(std::uint8_t product) {
 void VelodyneTiming::add(std::span<const std::byte> bytes) {
   if (bytes.size() != kVelodyneDataBytes) return;
   std::uint32_t stamp_us = 0;
-  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kTimeOfDayAt + i]) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kVelodyneStampAt + i]) << (8 * i);
   const std::chrono::nanoseconds stamp = std::chrono::microseconds(stamp_us);
   if (last_) {
     const auto step = stamp - *last_;
     for (const VelodyneModel model : kTimed) {
-      const auto duration = velodyne_table(model).packet_period(bytes[kReturnModeAt] == kDualMode);
+      const auto duration = velodyne_table(model).packet_period(bytes[kVelodyneModeAt] == std::byte{kVelodyneDual});
       int& votes = votes_[static_cast<std::size_t>(model)];
       // Stamps are whole microseconds, so a step may be off by a little.
       if (std::chrono::abs(step - duration) <= duration / 100 && votes < kMostVotes) ++votes;
