@@ -14,6 +14,7 @@
 
 #include "core/calendar.hpp"
 #include "products/laz_file.hpp"
+#include "products/points_at_once.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
@@ -25,7 +26,6 @@ using storage::LasPoint;
 constexpr std::size_t kMostOpen = 32;                     // files
 constexpr std::size_t kMostParts = 100'000;               // that are counted
 constexpr std::size_t kUserData = 17, kPointSource = 20;  // bytes of a record of the point formats 6 to 8
-constexpr std::size_t kBatch = 65536;                     // points that are read at once
 
 /// A strip's number, or column and row of a tile.
 using Cell = std::pair<std::int64_t, std::int64_t>;
@@ -104,7 +104,7 @@ class Splitter {
     reader_.rewind();
     std::vector<LasPoint> points;
     for (std::uint64_t index = 0;;) {
-      const Status read = reader_.next(points, kBatch);
+      const Status read = reader_.next(points, kPointsAtOnce);
       if (!read && read.error().code != ErrorCode::Truncated) return read;
       if (!read) done_.source_was_cut = true;
       if (points.empty()) return {};

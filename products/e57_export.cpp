@@ -5,13 +5,13 @@
 
 #include "products/cloud_export.hpp"
 #include "products/e57_file.hpp"
+#include "products/points_at_once.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
 namespace {
 
 using storage::LasPoint;
-constexpr std::size_t kPointsAtOnce = 65536;  // points
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 
 #include "products/cloud_export.hpp"
 #include "products/ply_file.hpp"
+#include "products/points_at_once.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
@@ -13,8 +14,6 @@ namespace {
 using storage::LasExtraField;
 using storage::LasPoint;
 using storage::LasType;
-
-constexpr std::size_t kPointsInBatch = 65536;  // points
 
 /// PLY has neither whole numbers of 64 bits nor scales.
 bool is_number_as_it_is(const LasExtraField& field) {
@@ -62,7 +61,7 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
   std::vector<LasPoint> points;
   storage::Bytes bytes;
   while (true) {
-    const Status read = reader->next(points, kPointsInBatch);
+    const Status read = reader->next(points, kPointsAtOnce);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
     done.source_was_cut = !read;
     if (points.empty()) break;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "sim/own_vehicle.hpp"
+#include "sim/radiance.hpp"
 #include "sim/texture.hpp"
 #include "sim/world_contact.hpp"
 
@@ -33,10 +34,6 @@ Vec3 place_of(const Moment& at, const NightLamp& lamp) {
 const Mat3& turn_of(const Moment& at, const NightLamp& lamp) {
   return lamp.carrier == NightLamp::kOwnVehicle ? at.T_body_enu.R
                                                 : at.T_mover_enu[static_cast<std::size_t>(lamp.carrier)].R;
-}
-
-void add_light(Radiance& sum, float share, const Radiance& light) {
-  sum = {sum.r + share * light.r, sum.g + share * light.g, sum.b + share * light.b};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "sim/noise.hpp"
+#include "sim/radiance.hpp"
 #include "sim/texture.hpp"
 #include "sim/world_contact.hpp"
 
@@ -54,10 +55,6 @@ float share_of_openwork(std::uint32_t style, float u, float v, float width_u, fl
          (1 - covered_periodic(p, width, kMesh, 0.0f, kWire)) * (1 - covered_periodic(q, width, kMesh, 0.0f, kWire));
 }
 
-void add(Radiance& sum, float share, const Radiance& light) {
-  sum = {sum.r + share * light.r, sum.g + share * light.g, sum.b + share * light.b};
-}
-
 }  // namespace
 
 Seen World::mirrored(const Moment& at, const Ray& ray, double distance_m, Vec3 normal, float cone) const {
@@ -103,8 +100,8 @@ void World::add_water(const Moment& at, const Ray& ray, float cone, Seen& seen) 
       static_cast<float>(fresnel(cosine, 1.33)) * (puddle + (1 - puddle) * 0.4f * std::min(1.0f, 2 * wet));
   const Seen image = mirrored(at, ray, seen.distance_m, normal, cone);
   seen.colour = {};
-  add(seen.colour, 1 - share, seen.own);
-  add(seen.colour, share, image.colour);
+  add_light(seen.colour, 1 - share, seen.own);
+  add_light(seen.colour, share, image.colour);
   seen.transmitted *= 1 - share;
   // An outline in the mirror is an outline of the picture.
   if (share > 0.02f) seen.face ^= static_cast<std::uint32_t>(scrambled(image.is_hit ? image.face + 1 : 0) >> 40);
@@ -147,7 +144,7 @@ void World::look_through(const Moment& at, const Ray& ray, float cone, Seen& see
     if (one.material == Material::Pane) {
       const double once = fresnel(-dot(one.normal, ray.direction), glass_.refractive_index);
       const auto both = static_cast<float>(2 * once / (1 + once));  // of both surfaces, with what goes to and fro
-      add(sum, open * both, mirrored(at, ray, one.distance_m, one.normal, cone).colour);
+      add_light(sum, open * both, mirrored(at, ray, one.distance_m, one.normal, cone).colour);
       const float passes = (1 - both) * static_cast<float>(glass_.transmittance);
       open *= passes;
       if (!met) glass *= passes;
@@ -173,14 +170,14 @@ void World::look_through(const Moment& at, const Ray& ray, float cone, Seen& see
     if (share <= 0 && !is_met) continue;
     find_shadows(at, {&ray, 1}, {&one, 1}, {&contact, 1});
     one.own = with_lamps(at, ray, one, contact, cone, shade(ray, one, contact, cone));
-    add(sum, open * share, one.own);
+    add_light(sum, open * share, one.own);
     open *= 1 - share;
     if (is_met && !met) {
       one.transmitted = glass;
       met = one;
     }
   }
-  add(sum, open, seen.colour);
+  add_light(sum, open, seen.colour);
   if (met) seen = *met;
   if (!met) seen.transmitted *= glass;
   seen.colour = sum;

@@ -20,7 +20,9 @@ void print(std::string& out, fmt::format_string<Args...> form, Args&&... args) {
   fmt::format_to(std::back_inserter(out), form, std::forward<Args>(args)...);
 }
 
-double part(std::uint8_t colour) { return colour / 255.0; }
+std::string numbers(Rgb colour) {
+  return fmt::format("{:.3f} {:.3f} {:.3f}", colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
 double up(double y) { return PdfPage::kHeight - y; }  // PDF counts from the lower edge
 
 void append_utf16(std::string& out, char32_t code) {
@@ -44,8 +46,7 @@ std::string subset_name(std::string_view font_file) {
 
 void PdfPage::text(PdfPlace at, const PdfText& letters, double size, Rgb colour) {
   if (letters.empty()) return;
-  print(content_, "BT {:.3f} {:.3f} {:.3f} rg 1 0 0 1 {:.2f} {:.2f} Tm\n", part(colour[0]), part(colour[1]),
-        part(colour[2]), at.x, up(at.y));
+  print(content_, "BT {} rg 1 0 0 1 {:.2f} {:.2f} Tm\n", numbers(colour), at.x, up(at.y));
   for (std::size_t begin = 0, end = 0; begin < letters.size(); begin = end) {
     const bool is_latin = win_ansi(letters[begin].code) != 0, is_bold = letters[begin].is_bold;
     const auto belongs = [&](const PdfLetter& one) {
@@ -67,9 +68,7 @@ void PdfPage::text(PdfPlace at, const PdfText& letters, double size, Rgb colour)
       content_ += ") Tj\n";
     } else {
       // The font has no bold shapes: the outlines are drawn besides.
-      if (is_bold)
-        print(content_, "2 Tr {:.2f} w {:.3f} {:.3f} {:.3f} RG ", size / 30, part(colour[0]), part(colour[1]),
-              part(colour[2]));
+      if (is_bold) print(content_, "2 Tr {:.2f} w {} RG ", size / 30, numbers(colour));
       print(content_, "/Cjk {:.2f} Tf <", size);
       for (const PdfLetter& one : run) {
         const auto number = static_cast<std::uint16_t>(glyphs_.size() + 1);
@@ -82,8 +81,7 @@ void PdfPage::text(PdfPlace at, const PdfText& letters, double size, Rgb colour)
 }
 
 void PdfPage::stroke(const PdfStroke& stroke) {
-  print(content_, "{:.3f} {:.3f} {:.3f} RG {:.2f} w ", part(stroke.colour[0]), part(stroke.colour[1]),
-        part(stroke.colour[2]), stroke.width);
+  print(content_, "{} RG {:.2f} w ", numbers(stroke.colour), stroke.width);
   if (stroke.dash > 0)
     print(content_, "[{:.2f} {:.2f}] 0 d\n", stroke.dash, stroke.gap);
   else
@@ -104,8 +102,8 @@ void PdfPage::lines(std::span<const PdfPlace> places, const PdfStroke& how) {
 }
 
 void PdfPage::rectangle(PdfPlace upper_left, PdfPlace lower_right, Rgb colour) {
-  print(content_, "{:.3f} {:.3f} {:.3f} rg {:.2f} {:.2f} {:.2f} {:.2f} re f\n", part(colour[0]), part(colour[1]),
-        part(colour[2]), upper_left.x, up(lower_right.y), lower_right.x - upper_left.x, lower_right.y - upper_left.y);
+  print(content_, "{} rg {:.2f} {:.2f} {:.2f} {:.2f} re f\n", numbers(colour), upper_left.x, up(lower_right.y),
+        lower_right.x - upper_left.x, lower_right.y - upper_left.y);
 }
 
 void PdfPage::frame(PdfPlace upper_left, PdfPlace lower_right, const PdfStroke& how) {
@@ -134,13 +132,13 @@ void PdfPage::circle(PdfPlace centre, double radius, const PdfStroke& how) {
 }
 
 void PdfPage::disc(PdfPlace centre, double radius, Rgb colour) {
-  print(content_, "{:.3f} {:.3f} {:.3f} rg\n", part(colour[0]), part(colour[1]), part(colour[2]));
+  print(content_, "{} rg\n", numbers(colour));
   round(centre, radius);
   content_ += "f\n";
 }
 
 void PdfPage::polygon(std::span<const PdfPlace> corners, Rgb colour) {
-  print(content_, "{:.3f} {:.3f} {:.3f} rg\n", part(colour[0]), part(colour[1]), part(colour[2]));
+  print(content_, "{} rg\n", numbers(colour));
   path(corners);
   content_ += "f\n";
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/printable.hpp"
+#include "core/utf8.hpp"
 #include "storage/cjk_font.hpp"
 #include "storage/truetype_font.hpp"
 
@@ -60,16 +61,6 @@ double width_of(const PdfLetter& letter, double size) {
   return (letter.is_bold ? kBold : kPlain)[byte - 32u] * size / 1000;
 }
 
-/// Returns the code of the first character of valid UTF-8 and removes it.
-char32_t take(std::string_view& utf8) {
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(utf8[i]); };
-  const std::size_t bytes = byte(0) < 0x80 ? 1 : byte(0) < 0xE0 ? 2 : byte(0) < 0xF0 ? 3 : 4;
-  char32_t code = bytes == 1 ? byte(0) : byte(0) & (0x7Fu >> bytes);
-  for (std::size_t i = 1; i < bytes; ++i) code = code << 6 | (byte(i) & 0x3Fu);
-  utf8.remove_prefix(bytes);
-  return code;
-}
-
 }  // namespace
 
 unsigned char win_ansi(char32_t code) {
@@ -83,7 +74,8 @@ PdfText pdf_text(std::string_view utf8, bool is_bold) {
   PdfText out;
   const std::string safe = printable(utf8);
   for (std::string_view rest = safe; !rest.empty();) {
-    const char32_t code = take(rest);
+    const auto [code, bytes] = first_character(rest);
+    rest.remove_prefix(bytes);  // printable text is valid UTF-8
     if (win_ansi(code) != 0 || font().glyph(code) != 0) {
       out.push_back({code, is_bold});
     } else {

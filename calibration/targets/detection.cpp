@@ -12,8 +12,6 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr std::size_t kFewest = 4;
-
 /// Returns whether few enough points of the ring pass beside a sphere. A target stands free; a wall or a trunk
 /// continues beside it.
 bool stands_free(std::span<const Eigen::Vector3f> around, const CentreFit& fit, double radius, double most_clutter) {
@@ -60,7 +58,7 @@ void search_joined(const RingCells& cells, double radius, const ScannerNoise& no
       if (corner == 2 && cells.count_in(sector, 2, level, 1)) continue;
       if (corner == 3 && (cells.count_in(sector, 1, level, 2) || cells.count_in(sector, 2, level, 1))) continue;
       const std::size_t inside = cells.count_in(sector, 2, level, 2);
-      if (inside < kFewest) continue;
+      if (inside < kFewestOnTarget) continue;
       const std::size_t outside = cells.count_in(sector - 1, 4, level - 1, 4) - inside;
       if (static_cast<double>(outside) > 4 + config.most_clutter * static_cast<double>(inside)) continue;
       window.clear();
@@ -114,7 +112,7 @@ RingDetection detect_spheres(std::span<const Eigen::Vector3f> points_scanner, co
   const RingCells cells(own, distance, ring.outer - ring.inner, radius);
   std::vector<Eigen::Vector3f> around;
   for (const RingCells::Cell& cell : cells.cells()) {
-    if (cell.count < kFewest) continue;
+    if (cell.count < kFewestOnTarget) continue;
     ++out.counts.cells;
     const auto fit = fit_linear(cells.points_of(cell));
     if (!fit || std::abs(fit->radius - radius) > 2 * noise.range_precision_m) continue;

@@ -12,7 +12,6 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr std::size_t kFewestOnSphere = 4;
 // A normal that is steeper than this points to the stand of the sphere: it is within 26 degrees of straight down.
 constexpr double kMount = -0.9;
 
@@ -54,7 +53,7 @@ std::string ScannerNoise::validate() const {
 }
 
 std::optional<SphereFit> fit_linear(std::span<const Eigen::Vector3f> points_scanner) {
-  if (points_scanner.size() < kFewestOnSphere) return {};
+  if (points_scanner.size() < kFewestOnTarget) return {};
   const auto n = static_cast<double>(points_scanner.size());
   const Eigen::Vector3d mean = mean_of(points_scanner);
   // About the mean the constant D separates, and three equations remain: M c = v / 2.
@@ -124,14 +123,14 @@ Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> p
 std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner, double radius,
                                 const Eigen::Vector3d& start, const ScannerNoise& noise, double gate, double loose,
                                 const CentrePrior* prior, bool without_mount) {
-  if (points_scanner.size() < kFewestOnSphere || !(start.norm() > radius)) return {};
+  if (points_scanner.size() < kFewestOnTarget || !(start.norm() > radius)) return {};
   const Eigen::Matrix3d known = prior ? Eigen::Matrix3d(prior->covariance.inverse()) : Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre = start;
   constexpr int kMostSteps = 60;
   for (int step = 0; step < kMostSteps; ++step) {
     const Look look = look_from(centre, points_scanner, radius, noise, gate, loose, without_mount);
-    if (look.points < kFewestOnSphere) return {};
+    if (look.points < kFewestOnTarget) return {};
     const Eigen::Vector3d off = prior ? Eigen::Vector3d(prior->centre_scanner - centre) : Eigen::Vector3d::Zero();
     // A few near-parallel normals hardly determine the centre sideways. The radius damps it until it has converged.
     const double damping = loose > 0 ? 4 / (radius * radius) : 0;

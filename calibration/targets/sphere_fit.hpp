@@ -26,6 +26,9 @@ struct ScannerNoise {
   std::string validate() const;
 };
 
+/// How many points of a target are needed to find it.
+constexpr std::size_t kFewestOnTarget = 4;
+
 /// A sphere with an estimated radius.
 struct SphereFit {
   Eigen::Vector3d centre_scanner = Eigen::Vector3d::Zero();

@@ -14,8 +14,6 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr std::size_t kFewestOnTarget = 4;
-
 /// The adjustment of one station, repeated as targets are added and removed.
 class StationAdjuster {
  public:

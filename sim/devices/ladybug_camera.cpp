@@ -12,25 +12,21 @@ namespace {
 constexpr std::uint8_t kImages = 1;        // endpoint 0x81
 constexpr std::uint8_t kRegisters = 0x7F;  // bRequest, for addresses that begin with 0xFFFF
 
-void put_bytes(LittleEndianWriter& out, std::initializer_list<int> bytes) {
-  for (const int byte : bytes) out.put(static_cast<std::uint8_t>(byte));
-}
-
 /// A SuperSpeed device with one interface of its maker's class and one bulk endpoint.
 UsbDescriptors describe(std::uint16_t product) {
   LittleEndianWriter device(18), configuration(40), capabilities(22);
-  put_bytes(device, {18, 1, 0x00, 0x03, 0, 0, 0, 9});
+  device.put_bytes({18, 1, 0x00, 0x03, 0, 0, 0, 9});
   device.put(std::uint16_t{0x1E10});
   device.put(product);
-  put_bytes(device, {0x00, 0x01, 1, 2, 0, 1});
-  put_bytes(configuration, {9, 2, 31, 0, 1, 1, 0, 0x80, 112});  // 112 times 8 mA from the bus
-  put_bytes(configuration, {9, 4, 0, 0, 1, 0xFF, 0xFF, 0xFF, 0});
-  put_bytes(configuration, {7, 5, 0x80 | kImages, 2});
+  device.put_bytes({0x00, 0x01, 1, 2, 0, 1});
+  configuration.put_bytes({9, 2, 31, 0, 1, 1, 0, 0x80, 112});  // 112 times 8 mA from the bus
+  configuration.put_bytes({9, 4, 0, 0, 1, 0xFF, 0xFF, 0xFF, 0});
+  configuration.put_bytes({7, 5, 0x80 | kImages, 2});
   configuration.put(static_cast<std::uint16_t>(UsbPort::kPacketBytes));
-  put_bytes(configuration, {0, 6, 0x30, 15, 0, 0, 0});
-  put_bytes(capabilities, {5, 15, 22, 0, 2});
-  put_bytes(capabilities, {7, 16, 2, 0, 0, 0, 0});
-  put_bytes(capabilities, {10, 16, 3, 0, 0x0E, 0, 1, 0, 0, 0});
+  configuration.put_bytes({0, 6, 0x30, 15, 0, 0, 0});
+  capabilities.put_bytes({5, 15, 22, 0, 2});
+  capabilities.put_bytes({7, 16, 2, 0, 0, 0, 0});
+  capabilities.put_bytes({10, 16, 3, 0, 0x0E, 0, 1, 0, 0, 0});
   return {device.take(), configuration.take(), capabilities.take(), {"hueline", "Ladybug"}};
 }
 

@@ -3,6 +3,8 @@
 #include <initializer_list>
 #include <utility>
 
+#include "sim/wire/little_endian.hpp"
+
 namespace hueline::sim {
 namespace {
 
@@ -13,49 +15,44 @@ constexpr std::uint16_t kVendor = 0x1209, kProduct = 0x0001;  // pid.codes: numb
 // Numbers of the strings.
 constexpr std::uint8_t kMaker = 1, kModel = 2, kSerial = 3, kGuid = 4, kVersion = 5;
 
-void put_descriptor(LittleEndianWriter& out, std::initializer_list<int> bytes) {
-  for (const int byte : bytes) out.put(static_cast<std::uint8_t>(byte));
-}
-
 void put_interface(LittleEndianWriter& out, int number, int endpoints, int protocol) {
-  put_descriptor(out, {9, 4, number, 0, endpoints, 0xEF, 0x05, protocol, 0});
+  out.put_bytes({9, 4, number, 0, endpoints, 0xEF, 0x05, protocol, 0});
 }
 
 /// Puts a bulk endpoint and its SuperSpeed companion.
 void put_endpoint(LittleEndianWriter& out, int address, int burst) {
-  put_descriptor(out, {7, 5, address, 2});
+  out.put_bytes({7, 5, address, 2});
   out.put(static_cast<std::uint16_t>(UsbPort::kPacketBytes));
-  put_descriptor(out, {0, 6, 0x30, burst, 0, 0, 0});
+  out.put_bytes({0, 6, 0x30, burst, 0, 0, 0});
 }
 
 Bytes device_descriptor() {
   LittleEndianWriter out(18);
-  put_descriptor(out,
-                 {18, 1, 0x00, 0x03, 0xEF, 0x02, 0x01, 9});  // USB 3.0, several functions by association, 2^9 bytes
+  out.put_bytes({18, 1, 0x00, 0x03, 0xEF, 0x02, 0x01, 9});  // USB 3.0, several functions by association, 2^9 bytes
   out.put(kVendor);
   out.put(kProduct);
-  put_descriptor(out, {0x00, 0x01, kMaker, kModel, kSerial, 1});
+  out.put_bytes({0x00, 0x01, kMaker, kModel, kSerial, 1});
   return out.take();
 }
 
 Bytes configuration_descriptor() {
   LittleEndianWriter rest(128);
-  put_descriptor(rest, {8, 0x0B, 0, 2, 0xEF, 0x05, 0, 0});  // the two interfaces are one camera
+  rest.put_bytes({8, 0x0B, 0, 2, 0xEF, 0x05, 0, 0});  // the two interfaces are one camera
   put_interface(rest, 0, 2, 0);
   // U3V device information, of the class: versions of GenCP and USB3 Vision, numbers of strings, speeds.
-  put_descriptor(rest, {20, 0x24, 0x01});
+  rest.put_bytes({20, 0x24, 0x01});
   rest.put(std::uint32_t{0x0001'0003});
   rest.put(std::uint32_t{0x0001'0000});
-  put_descriptor(rest, {kGuid, kMaker, kModel, 0, kVersion, 0, kSerial, 0, 0x08});
+  rest.put_bytes({kGuid, kMaker, kModel, 0, kVersion, 0, kSerial, 0, 0x08});
   put_endpoint(rest, 0x80 | kU3vControlEndpoint, 0);
   put_endpoint(rest, kU3vControlEndpoint, 0);
   put_interface(rest, 1, 1, 2);
   put_endpoint(rest, 0x80 | kU3vStreamEndpoint, 15);
 
   LittleEndianWriter out(160);
-  put_descriptor(out, {9, 2});
+  out.put_bytes({9, 2});
   out.put(static_cast<std::uint16_t>(9 + rest.size()));
-  put_descriptor(out, {2, 1, 0, 0x80, 112});  // 112 times 8 mA from the bus
+  out.put_bytes({2, 1, 0, 0x80, 112});  // 112 times 8 mA from the bus
   Bytes whole = out.take();
   whole.insert(whole.end(), rest.bytes().begin(), rest.bytes().end());
   return whole;
@@ -63,9 +60,9 @@ Bytes configuration_descriptor() {
 
 Bytes capabilities_descriptor() {
   LittleEndianWriter out(22);
-  put_descriptor(out, {5, 15, 22, 0, 2});
-  put_descriptor(out, {7, 16, 2, 0, 0, 0, 0});               // USB 2.0 extension, without link power management
-  put_descriptor(out, {10, 16, 3, 0, 0x0E, 0, 1, 0, 0, 0});  // SuperSpeed
+  out.put_bytes({5, 15, 22, 0, 2});
+  out.put_bytes({7, 16, 2, 0, 0, 0, 0});               // USB 2.0 extension, without link power management
+  out.put_bytes({10, 16, 3, 0, 0x0E, 0, 1, 0, 0, 0});  // SuperSpeed
   return out.take();
 }
 

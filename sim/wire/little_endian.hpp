@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -30,6 +31,9 @@ class LittleEndianWriter {
   void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
   void put(double value) { put(std::bit_cast<std::uint64_t>(value)); }
 
+  void put_bytes(std::initializer_list<int> bytes) {
+    for (const int byte : bytes) put(static_cast<std::uint8_t>(byte));
+  }
   void put_zeros(std::size_t count) { bytes_.resize(bytes_.size() + count); }
   void put_text(std::string_view text) {
     for (const char c : text) bytes_.push_back(static_cast<std::byte>(c));
