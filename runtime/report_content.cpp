@@ -57,6 +57,16 @@ Line line_of(const DriveMap::Second& second, bool measures, bool has_cameras, co
   return has_cameras && share < limits.coloured_share ? Line::Colourless : Line::Coloured;
 }
 
+bool has_points(const DriveMap::Second& second) { return second.points > 0; }
+
+/// Returns the first second with points and the one after the last; twice 0 if none has any.
+std::pair<std::size_t, std::size_t> measuring(const std::vector<DriveMap::Second>& seconds) {
+  const auto first = std::ranges::find_if(seconds, has_points);
+  if (first == seconds.end()) return {0, 0};
+  const auto last = std::find_if(seconds.rbegin(), seconds.rend(), has_points);
+  return {static_cast<std::size_t>(first - seconds.begin()), static_cast<std::size_t>(last.base() - seconds.begin())};
+}
+
 std::string degrees(const Geodetic& place) {
   return fmt::format(", {:.6f} {:.6f}", place.latitude * kDegPerRad, place.longitude * kDegPerRad);
 }
@@ -66,9 +76,7 @@ std::optional<Map> drive_map(const config::Rig& rig, const Verdict& verdict, con
   const auto& seconds = map.seconds();
   const MapFrame frame(seconds);
   if (frame.is_empty()) return {};
-  std::size_t begin = seconds.size(), end = 0;  // of the measuring
-  for (std::size_t i = 0; i < seconds.size(); ++i)
-    if (seconds[i].points > 0) begin = std::min(begin, i), end = i + 1;
+  const auto [begin, end] = measuring(seconds);
   Map out;
   out.px_per_m = frame.scale();
   std::optional<Place> last;
@@ -116,11 +124,10 @@ std::vector<ReportContent::Figure> figures(const config::Rig& rig, const Summary
     row("Drive", fmt::format("{} to {}, {:.0f} s, {:.0f} m", json["drive"]["begin"].get<std::string>(),
                              json["drive"]["end"].get<std::string>(), json["drive"]["duration_s"].get<double>(),
                              json["drive"]["path_m"].get<double>()));
-  std::size_t measured = 0, empty = 0, begin = map.seconds().size(), end = 0;
-  for (std::size_t i = 0; i < map.seconds().size(); ++i)
-    if (map.seconds()[i].points > 0) begin = std::min(begin, i), end = i + 1, ++measured;
-  if (end > begin) empty = end - begin - measured;
-  row("Coverage", fmt::format("{} points in {} s; {} s without points", summary.points(), measured, empty));
+  const auto [begin, end] = measuring(map.seconds());
+  const auto measured = static_cast<std::size_t>(std::ranges::count_if(map.seconds(), has_points));
+  row("Coverage",
+      fmt::format("{} points in {} s; {} s without points", summary.points(), measured, end - begin - measured));
   row("Placed", fmt::format("{:.2f} % of the returns", 100 * summary.placed_share()),
       fmt::format("{:.1f} %", 100 * rig.health.placed_share));
   if (!rig.sync.cameras.empty())
