@@ -18,7 +18,7 @@ constexpr std::size_t kLenses = 5;
 constexpr double kFalloffA = 0.14, kFalloffB = 0.04;
 constexpr double kInterval = 0.5;
 
-GpsTime at(double seconds) { return GpsTime(from_seconds(seconds)); }
+GpsTime exposed_at(double seconds) { return GpsTime(from_seconds(seconds)); }
 
 /// A row of places that a vehicle passes. At each moment it sees those around it: ahead through lens 0, beside it
 /// through lenses 1 and 2 alternately, behind it through lenses 3 and 4. Neighbouring lenses overlap.
@@ -92,11 +92,13 @@ Outcome drive(const World& world, int moments, const Radiometry::Config& config 
   Outcome out{{}, Radiometry(config, kLenses)};
   std::mt19937 random(7);
   for (int m = 0; m < moments; ++m) {
-    out.radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random), world.reports(m));
+    out.radiometry.add(static_cast<std::uint64_t>(m), exposed_at(m * kInterval), world.places(m, random),
+                       world.reports(m));
     if (m < 5) continue;
-    for (auto& [moment, gains] : out.radiometry.settle(at((m - 4) * kInterval))) out.gains[moment] = std::move(gains);
+    for (auto& [moment, gains] : out.radiometry.settle(exposed_at((m - 4) * kInterval)))
+      out.gains[moment] = std::move(gains);
   }
-  for (auto& [moment, gains] : out.radiometry.settle(at(1e6))) out.gains[moment] = std::move(gains);
+  for (auto& [moment, gains] : out.radiometry.settle(exposed_at(1e6))) out.gains[moment] = std::move(gains);
   return out;
 }
 
@@ -209,8 +211,8 @@ TEST(Radiometry, ReportedGainsTellOfLensesThatSeeNothingCommon) {
     return out;
   };
   for (int m = 0; m < 20; ++m) {
-    radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), {}, told(m));
-    for (const auto& [moment, found] : radiometry.settle(at(m * kInterval)))
+    radiometry.add(static_cast<std::uint64_t>(m), exposed_at(m * kInterval), {}, told(m));
+    for (const auto& [moment, found] : radiometry.settle(exposed_at(m * kInterval)))
       for (std::size_t l = 0; l < kLenses; ++l)
         for (const float scale : found.lenses[l].scale)
           EXPECT_NEAR(-std::log(scale), world.log_gain(m, l) - world.log_gain(0, 0), 0.02) << moment << " " << l;
@@ -248,8 +250,8 @@ TEST(Radiometry, ALensThatSeesNothingCommonChangesAsTheOthers) {
       for (Radiometry::Place& place : places)
         for (Radiometry::Glimpse& g : place)
           if (g.lens == 4) g.light = {};
-      radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), places);
-      for (const auto& [moment, found] : radiometry.settle(at(m * kInterval)))
+      radiometry.add(static_cast<std::uint64_t>(m), exposed_at(m * kInterval), places);
+      for (const auto& [moment, found] : radiometry.settle(exposed_at(m * kInterval)))
         for (const float scale : found.lenses[4].scale)
           EXPECT_NEAR(-std::log(scale), world.log_gain(m, 4), 0.03 + 0.1 * amplitude) << moment;
     }
@@ -262,8 +264,8 @@ TEST(Radiometry, SettledGainsStayWhatTheyAre) {
   std::mt19937 random(7);
   Radiometry radiometry({}, kLenses);
   for (int m = 0; m < 20; ++m) {
-    radiometry.add(static_cast<std::uint64_t>(m), at(m * kInterval), world.places(m, random));
-    for (const auto& [moment, gains] : radiometry.settle(at((m - 3) * kInterval)))
+    radiometry.add(static_cast<std::uint64_t>(m), exposed_at(m * kInterval), world.places(m, random));
+    for (const auto& [moment, gains] : radiometry.settle(exposed_at((m - 3) * kInterval)))
       EXPECT_GT(static_cast<int>(moment), m - 5) << "moment " << moment << " was settled, and was told again at " << m;
   }
 }
@@ -314,13 +316,16 @@ TEST(Radiometry, EvenedLiftsATunnelSlowly) {
   world.log_gain = tunnel_gain;
   world.shade = [](int p, int) { return tunnel_shade(p); };
   Radiometry::Config config;
-  EXPECT_EQ(drive(world, 70, config).radiometry.adaptation(at(15)), 1);
+  EXPECT_EQ(drive(world, 70, config).radiometry.adaptation(exposed_at(15)), 1);
   config.rendering = Rendering::Evened;
   const Outcome out = drive(world, 70, config);
-  const float outside = out.radiometry.adaptation(at(33)), inside = out.radiometry.adaptation(at(15));
+  const float outside = out.radiometry.adaptation(exposed_at(33)), inside = out.radiometry.adaptation(exposed_at(15));
   EXPECT_NEAR(inside / outside, std::pow(12, 0.75), 1.2);
   for (double t = 7; t < 34; t += 0.1)
-    EXPECT_LT(std::abs(std::log(out.radiometry.adaptation(at(t + 0.1)) / out.radiometry.adaptation(at(t)))), 0.15) << t;
+    EXPECT_LT(
+        std::abs(std::log(out.radiometry.adaptation(exposed_at(t + 0.1)) / out.radiometry.adaptation(exposed_at(t)))),
+        0.15)
+        << t;
   // However bright it becomes, a lighter surface remains lighter, and nothing saturates that did not.
   int before = -1;
   for (int value = 0; value < 256; value += 5) {

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kSpeed = 8, kBoxSpeed = 14, kWall_m = 12;
 constexpr SensorId kScanner = 3;
-GpsTime at(double t) { return GpsTime(from_seconds(1000 + t)); }
+GpsTime seen_at(double t) { return GpsTime(from_seconds(1000 + t)); }
 
 /// A scanner with 32 rings that turns ten times a second on a vehicle that drives along a wall in the north. Between
 /// them a box drives ahead of the vehicle, faster.
@@ -27,7 +27,7 @@ class AlongAWall : public testing::Test {
     for (; time < seconds; time += 0.01) {
       PlacedBatch batch;
       batch.batch.sensor = kScanner;
-      batch.batch.time = batch.last = at(time);
+      batch.batch.time = batch.last = seen_at(time);
       batch.number = number++;
       const Vector3d from(kSpeed * time, 0, 2);
       batch.placed.scanner_enu = from;
@@ -112,7 +112,7 @@ TEST_F(AlongAWall, TheBoxHidesTheWallOnlyAtItsOwnMoment) {
   visibility.add(placed, true, pool);
   const auto moment_at = [](double t) {
     Moment moment;
-    moment.time = at(t);
+    moment.time = seen_at(t);
     moment.viewpoint = Moment::Viewpoint{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {kSpeed * t, 0, 2.2}, {}, {}};
     return moment;
   };
@@ -142,7 +142,7 @@ TEST_F(AlongAWall, TheBoxIsKnownToBeWhereItWasBeforeAndAfterAMoment) {
   visibility.add(placed, true, pool);
   Moment moment;
   const double t = 1.03;
-  moment.time = at(t);
+  moment.time = seen_at(t);
   moment.viewpoint = Moment::Viewpoint{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {kSpeed * t, 0, 2.2}, {}, {}};
   visibility.map({&moment}, placed, pool);
   const auto was_met = [&](double x, bool is_after) {
@@ -167,7 +167,7 @@ TEST_F(AlongAWall, ForgetsTurns) {
   drive(2);
   visibility.add(placed, true, pool);
   EXPECT_GT(visibility.sightings(placed[100])[0].occupied, 0);
-  visibility.forget_before(at(60));
+  visibility.forget_before(seen_at(60));
   EXPECT_EQ(visibility.sightings(placed[100])[0].occupied, 0);
 }
 
