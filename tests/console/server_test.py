@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The console as a browser and as an attacker use it: login, roles, CSRF, a drive of emulated devices, and what must be refused.
 usage: server_test.py CONSOLE HUELINE SOURCE_DIR"""
+import contextlib
 import http.client
 import json
 import os
@@ -131,6 +132,18 @@ class RefusingDrive:
 
 def add_user(name, role, password):
     subprocess.run([console, "user", "add", name, "--role", role, "--users", users], input=password + "\n", text=True, check=True, stdout=subprocess.DEVNULL)
+
+
+def programs_with(word):
+    """The programs that were started with this among their words."""
+    found = []
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            if word.encode() in open(f"/proc/{pid}/cmdline", "rb").read():
+                found.append(int(pid))
+        except OSError:
+            pass  # it has ended
+    return found
 
 
 def connections_of(process):
@@ -315,6 +328,11 @@ try:
     assert server.ask("POST", "/api/stop", {})[0] == 202
     server.until("idle", 30)
 
+    # The emulated devices of the console that was killed would speak to this drive too.
+    for _ in range(600):
+        if not programs_with(work + "/drives/.console/sim-"):
+            break
+        time.sleep(0.1)
     # It is paused, goes on faster, and goes on elsewhere.
     assert server.ask("POST", "/api/start", {"rig": "street", "simulate": "long", "name": "long"})[0] == 202
     server.until("driving", 90)
@@ -426,10 +444,7 @@ finally:
     for one in running:
         one.process.kill()
     # The emulated devices of the console that was killed would keep their ports until their drive ends.
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            if work.encode() in open(f"/proc/{pid}/cmdline", "rb").read():
-                os.kill(int(pid), signal.SIGKILL)
-        except OSError:
-            pass
+    for pid in programs_with(work):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
     shutil.rmtree(work, ignore_errors=True)
