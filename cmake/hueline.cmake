@@ -10,8 +10,6 @@ endforeach()
 # precompiled headers. clang and AddressSanitizer look at the same code.
 target_compile_options(hueline_options INTERFACE
   $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow;-Wno-stringop-overread>>)
-# Where several files are compiled as one, GCC takes a type that only one of them knows for a type of a header.
-target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>>)
 # Locks are checked by clang (core/mutex.hpp), which the builds with sanitizers use.
 target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-Wthread-safety>>)
 # Aravis asks for -pthread. Precompiled headers serve only what is compiled with the same options, so everything is.
@@ -92,6 +90,10 @@ endif()
 option(HUELINE_UNITY "compile several files of a target as one" ON)
 set(CMAKE_UNITY_BUILD ${HUELINE_UNITY})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+if(HUELINE_UNITY)
+  # GCC takes a type that only one of the files knows for a type of a header.
+  target_compile_options(hueline_options INTERFACE $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>>)
+endif()
 # hueline_alone(a.cpp b.cpp): files whose names stand in their neighbours too, because they are those of a protocol, say.
 function(hueline_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -148,6 +150,16 @@ function(hueline_test name)
   endif()
   gtest_discover_tests(${name}_test TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 120 NO_PRETTY_VALUES
                        PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${T_LABELS}")
+endfunction()
+
+# Tests in real time run one at a time, and begin first. Beside them run patient tests, which compute for long and leave the processor to
+# whoever wants it.
+#   set_tests_properties(apps.drive PROPERTIES ${HUELINE_LIVE})
+#   hueline_patient_test(apps.score SCRIPT [ARGUMENT...])
+set(HUELINE_LIVE RESOURCE_LOCK live COST 10000)
+function(hueline_patient_test name)
+  add_test(NAME ${name} COMMAND nice -n 19 ${ARGN})
+  set_tests_properties(${name} PROPERTIES COST 500)
 endfunction()
 
 # hueline_fuzz(velodyne SOURCES velodyne_fuzz.cpp DEPENDS hueline_drivers CORPUS velodyne): LLVMFuzzerTestOneInput.
