@@ -12,6 +12,7 @@ constexpr double kNearPeriod = 0.25;   // in periods: largest deviation of an in
 constexpr double kMostlyNear = 0.75;   // share of such intervals in a message with a cycle
 constexpr double kMostCounted = 1e12;  // messages; limits what a wrong clock can give
 constexpr double kShortestGap = 1.6;   // in periods: a shorter interval comes from a message that waited on its way
+constexpr double kLongestHaste = 0.8;  // in periods: what comes sooner behind another waited less than that one
 
 }  // namespace
 
@@ -33,14 +34,24 @@ std::optional<double> CanCycle::period_s() const {
   return sum / near * 1e-9;  // the mean, because what one message waits longer, the next one waits less
 }
 
-std::int64_t CanCycle::take(HostTime received) {
+CanCycle::Gap CanCycle::take(HostTime received) {
   const std::optional<HostTime> before = std::exchange(last_, received);
-  if (!before) return 0;
+  if (!before) return {};
   const auto interval = received - *before;
   const std::optional<double> period = period_s();
   intervals_ns_[count_++ % intervals_ns_.size()] = interval.count();
-  if (!period || to_seconds(interval) < kShortestGap * *period) return 0;
-  return std::llround(std::min(kMostCounted, to_seconds(interval) / *period)) - 1;
+  if (!period) return {};
+  const double periods = std::min(kMostCounted, to_seconds(interval) / *period);
+  if (periods < kLongestHaste) {
+    awaited_ -= 1 - periods;
+    return {};
+  }
+  Gap gap{.before = 0, .missing = std::max<std::int64_t>(0, std::llround(std::exchange(awaited_, 0)))};
+  if (periods >= kShortestGap) {
+    awaited_ = periods - 1;
+    gap.before = std::llround(awaited_);
+  }
+  return gap;
 }
 
 }  // namespace hueline::drivers

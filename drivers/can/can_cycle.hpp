@@ -14,10 +14,15 @@ namespace hueline::drivers {
 /// Thread safety: none; one thread calls all functions.
 class CanCycle {
  public:
-  /// Takes a message. Returns how many messages should have come since the one before and did not. Returns 0 until the
-  /// period is known, and for messages without a period (they are sent when something changes, or a gateway sends them
-  /// in groups).
-  std::int64_t take(HostTime received);
+  struct Gap {
+    std::int64_t before = 0;   ///< how many messages should have come between this one and the one before, and did not
+    std::int64_t missing = 0;  ///< how many of an earlier gap have not come behind it either
+  };
+  /// Takes a message. A gap is of messages that are lost, or of messages that waited on their way (in an adapter, or in
+  /// a computer that was busy) and come at once behind it; so what is missing is told when the first message comes that
+  /// did not wait. Returns zeros until the period is known, and for messages without a period (they are sent when
+  /// something changes, or a gateway sends them in groups).
+  Gap take(HostTime received);
   /// Returns the period in seconds. Returns nothing if it is not known or if there is none.
   std::optional<double> period_s() const;
 
@@ -25,6 +30,7 @@ class CanCycle {
   std::array<std::int64_t, 64> intervals_ns_{};  // the latest intervals, as a ring
   std::size_t count_ = 0;                        // number of all intervals so far
   std::optional<HostTime> last_;
+  double awaited_ = 0;  // what the latest gap was too long, and what came sooner behind it, in periods
 };
 
 }  // namespace hueline::drivers

@@ -109,11 +109,11 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
 /// message came again, or its sender hangs.
 bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
                           std::vector<Measurement>& out) {
-  const std::int64_t by_cycle = state.cycle.take(received);
+  const CanCycle::Gap gap = state.cycle.take(received);
   if (!message.counter) {
-    if (by_cycle > 0)
-      tell(FaultKind::Lost, received, static_cast<std::uint64_t>(by_cycle), out,
-           fmt::format("{} messages {} are missing, by their cycle: it has no counter", by_cycle, id_text(message)));
+    if (gap.missing > 0)
+      tell(FaultKind::Lost, received, static_cast<std::uint64_t>(gap.missing), out,
+           fmt::format("{} messages {} are missing, by their cycle: it has no counter", gap.missing, id_text(message)));
     return true;
   }
   const std::int64_t count = message.counter->raw(frame.bytes());
@@ -125,7 +125,7 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
   }
   const std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
   // The counter gives the number of steps except for whole turns. The period gives it roughly.
-  const double turns = static_cast<double>(by_cycle + 1 - steps) / static_cast<double>(range.count);
+  const double turns = static_cast<double>(gap.before + 1 - steps) / static_cast<double>(range.count);
   const std::int64_t ahead = steps + std::max<std::int64_t>(0, std::llround(turns)) * range.count;
   if (ahead == 0) {
     tell(FaultKind::Spurious, received, 1, out,

@@ -202,6 +202,30 @@ WheelDecoder::Config slow() {
   return out;
 }
 
+TEST(WheelDecoder, MessagesThatWaitedAreNotLost) {
+  Decoded d(slow());
+  double at = 1;
+  int left = 0;
+  const auto turn = [&](double after) { d.take(can_frame(0x1A0, {left = (left + 1) & 255, 0}), at += after); };
+  for (int i = 0; i < 40; ++i) turn(0.02);
+  // Three waited in an adapter and came together.
+  turn(0.06);
+  for (int i = 0; i < 2; ++i) turn(0.0002);
+  for (int i = 0; i < 40; ++i) turn(0.02);
+  EXPECT_TRUE(d.faults.empty()) << d.last_fault;
+  // Of three, two came.
+  turn(0.06);
+  turn(0.0002);
+  EXPECT_TRUE(d.faults.empty()) << d.last_fault;
+  turn(0.02);
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 1}})) << d.last_fault;
+  turn(0.06);
+  for (int i = 0; i < 10; ++i) turn(0.0002);  // more than were awaited
+  turn(0.02);
+  d.end();
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 1}})) << d.last_fault;
+}
+
 /// The messages come 20 ms apart with the jitter of an interrupt. Single ones of each are lost, and bus-off takes two
 /// seconds of both.
 TEST(WheelDecoder, LossesAreCountedByTheCycleWhereNoCounterCan) {
