@@ -139,8 +139,8 @@ async function benchBytes(browser) {
   const users = path.join(work, "users.json");
   for (const one of ["drives", "scenarios"]) fs.mkdirSync(path.join(work, one));
   fs.cpSync(path.join(source, "config/rigs"), path.join(work, "rigs"), { recursive: true });
-  const quiet = fs.readFileSync(path.join(source, "tests/browser/scenarios/camera_lost.yaml"), "utf8");
-  fs.writeFileSync(path.join(work, "scenarios/quiet.yaml"), quiet.replace(/faults:[^]*/, "").replace(/duration_s: .*/, "duration_s: 110"));
+  const quiet = fs.readFileSync(path.join(source, "tests/browser/scenarios/each_sensor_lost.yaml"), "utf8");
+  fs.writeFileSync(path.join(work, "scenarios/quiet.yaml"), quiet.replace(/faults:[^]*/, "").replace("rate_hz: 2", "rate_hz: 4"));
   assert.equal(spawnSync(program, ["user", "add", "anna", "--role", "operator", "--users", users], { input: "a long word\n" }).status, 0);
   const server = spawn(program, ["serve", "--drives", path.join(work, "drives"), "--rigs", path.join(work, "rigs"), "--page", folder, "--users", users,
     "--plain", "--port", "0", "--hueline", path.join(bin, "hueline"), "--allow-simulate", path.join(work, "scenarios")], { stdio: ["ignore", "ignore", "pipe"] });
