@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "fusion/beam_map.hpp"
 
@@ -69,9 +68,7 @@ void BeamMap::finish() {
   constexpr CodedNearness kNothing = 0xFFFF;
   const auto columns = static_cast<std::size_t>(grid_.columns), rows = static_cast<std::size_t>(grid_.rows);
   // Each loop is one that compilers turn into vector instructions. Rows go around, so they get a cell at both ends.
-  const auto near = std::make_unique_for_overwrite<CodedNearness[]>(nearest_.size()),
-             far = std::make_unique_for_overwrite<CodedNearness[]>(nearest_.size());
-  std::vector<CodedNearness> ring_near(columns + 2), ring_far(columns + 2);
+  std::vector<CodedNearness> near(nearest_.size()), far(nearest_.size()), ring_near(columns + 2), ring_far(columns + 2);
   for (std::size_t row = 0; row < rows; ++row) {
     const CodedNearness* here = nearest_.data() + row * columns;
     for (std::size_t x = 0; x < columns; ++x) {
@@ -82,7 +79,7 @@ void BeamMap::finish() {
       ring->front() = (*ring)[columns];
       ring->back() = (*ring)[1];
     }
-    CodedNearness *near_row = near.get() + row * columns, *far_row = far.get() + row * columns;
+    CodedNearness *near_row = near.data() + row * columns, *far_row = far.data() + row * columns;
     for (std::size_t x = 0; x < columns; ++x) {
       near_row[x] = std::max(std::max(ring_near[x], ring_near[x + 1]), ring_near[x + 2]);
       far_row[x] = std::min(std::min(ring_far[x], ring_far[x + 1]), ring_far[x + 2]);

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/zeroed_array.hpp"
 #include "fusion/coded_nearness.hpp"
 #include "fusion/direction_grid.hpp"
 
@@ -103,9 +102,8 @@ class DepthMap {
   Config config_;
   DirectionGrid grid_;
   float tolerance_, share_, most_;
-  // A scanner fills a belt of the map, and maps are made for each exposure.
-  ZeroedArray<CodedNearness> nearest_;
-  ZeroedArray<Bounds> bounds_;
+  std::vector<CodedNearness> nearest_;
+  std::vector<Bounds> bounds_;
   std::vector<std::uint8_t> has_changed_;
   bool is_closed_ = true;  // whether nothing was added since close()
 };
