@@ -46,12 +46,14 @@ CanCycle::Gap CanCycle::take(HostTime received) {
     awaited_ -= 1 - periods;
     return {};
   }
-  Gap gap{.before = 0, .missing = std::max<std::int64_t>(0, std::llround(std::exchange(awaited_, 0)))};
+  Gap gap{.before = 0, .missing = settle()};
   if (periods >= kShortestGap) {
     awaited_ = periods - 1;
     gap.before = std::llround(awaited_);
   }
   return gap;
 }
+
+std::int64_t CanCycle::settle() { return std::max<std::int64_t>(0, std::llround(std::exchange(awaited_, 0))); }
 
 }  // namespace hueline::drivers

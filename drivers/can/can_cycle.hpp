@@ -23,6 +23,11 @@ class CanCycle {
   /// did not wait. Returns zeros until the period is known, and for messages without a period (they are sent when
   /// something changes, or a gateway sends them in groups).
   Gap take(HostTime received);
+  /// Waits no longer: the stream ends, or a message came that did not wait. Returns how many of the latest gap are
+  /// missing.
+  std::int64_t settle();
+  /// Returns when the latest message came. Returns nothing before the first.
+  std::optional<HostTime> last() const { return last_; }
   /// Returns the period in seconds. Returns nothing if it is not known or if there is none.
   std::optional<double> period_s() const;
 

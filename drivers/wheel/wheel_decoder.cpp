@@ -57,6 +57,20 @@ void WheelDecoder::forget() {
     state = {.counter = {}, .cycle = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
 }
 
+void WheelDecoder::flush(std::vector<Measurement>& out) {
+  for (std::size_t i = 0; i < messages_.size(); ++i)
+    if (CanCycle& cycle = states_[i].cycle; cycle.last() && !messages_[i].counter)
+      tell_missing(messages_[i], cycle.settle(), *cycle.last(), out);
+}
+
+/// Tells losses that only the cycle of a message shows, if there are any.
+void WheelDecoder::tell_missing(const Message& message, std::int64_t count, HostTime time,
+                                std::vector<Measurement>& out) const {
+  if (count > 0)
+    tell(FaultKind::Lost, time, static_cast<std::uint64_t>(count), out,
+         fmt::format("{} messages {} are missing, by their cycle: it has no counter", count, id_text(message)));
+}
+
 bool WheelDecoder::take_other(const Packet& packet, std::vector<Measurement>& out) {
   const auto database = decode_database_packet(packet.bytes.bytes());
   if (database) take_database(*database, packet.received, out);
@@ -111,9 +125,7 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
                           std::vector<Measurement>& out) {
   const CanCycle::Gap gap = state.cycle.take(received);
   if (!message.counter) {
-    if (gap.missing > 0)
-      tell(FaultKind::Lost, received, static_cast<std::uint64_t>(gap.missing), out,
-           fmt::format("{} messages {} are missing, by their cycle: it has no counter", gap.missing, id_text(message)));
+    tell_missing(message, gap.missing, received, out);
     return true;
   }
   const std::int64_t count = message.counter->raw(frame.bytes());

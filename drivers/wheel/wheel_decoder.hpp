@@ -74,6 +74,7 @@ class WheelDecoder final : public CanDecoder {
   };
 
   explicit WheelDecoder(Config config);
+  void flush(std::vector<Measurement>& out) override;
 
  private:
   /// The state of one message.
@@ -91,6 +92,7 @@ class WheelDecoder final : public CanDecoder {
   bool take_other(const Packet& packet, std::vector<Measurement>& out) override;
   void prepare(HostTime received, std::vector<Measurement>& out) override;
   void forget() override;
+  void tell_missing(const Message& message, std::int64_t count, HostTime time, std::vector<Measurement>& out) const;
   bool is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
               std::vector<Measurement>& out);
   std::optional<double> read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received,

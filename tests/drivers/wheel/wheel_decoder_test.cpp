@@ -221,9 +221,12 @@ TEST(WheelDecoder, MessagesThatWaitedAreNotLost) {
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 1}})) << d.last_fault;
   turn(0.06);
   for (int i = 0; i < 10; ++i) turn(0.0002);  // more than were awaited
-  turn(0.02);
-  d.end();
+  for (int i = 0; i < 40; ++i) turn(0.02);
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 1}})) << d.last_fault;
+  // What is awaited at the end does not come.
+  turn(0.06);
+  d.end();
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 3}})) << d.last_fault;
 }
 
 /// The messages come 20 ms apart with the jitter of an interrupt. Single ones of each are lost, and bus-off takes two
