@@ -9,8 +9,6 @@
 #include "drivers/pps/as_stamped.hpp"
 
 namespace hueline::drivers {
-namespace {}  // namespace
-
 std::string PpsDecoder::Config::validate() const {
   if (edge != PpsEdgeKind::Assert && edge != PpsEdgeKind::Clear) return "edge: assert or clear";
   return {};
