@@ -47,7 +47,7 @@ const watchAlarms = (page) =>
     window.lampsShown = new Set();
     const look = () => {
       for (const one of document.querySelectorAll(".sensor.alarm")) window.lampsShown.add(one.innerText);
-      for (const one of document.querySelectorAll(".alarms li.alarm.alarm:not(.seen)")) {
+      for (const one of document.querySelectorAll(".alarms li.alarm:not(.seen)")) {
         if (!one.querySelector(".lamp.alarm")) continue; // a warning
         const name = one.querySelector("strong").textContent.split(":")[0];
         const action = one.querySelector("dd:last-of-type")?.textContent ?? "";
@@ -135,7 +135,9 @@ try {
     await page.waitForFunction((name) => window.alarmsShown[name], sensor);
     const { text, action } = await page.evaluate((name) => window.alarmsShown[name], sensor);
     console.log(`${sensor}: ${text.replaceAll("\n", " | ")}`);
-    const [title, cause] = /^(pps|pos)$/.test(sensor) ? [/已连接，但没有数据|连接中断/, "原因"] : [/Connected, but sends nothing|Connection lost|Sends, but not what it is there for/, "Cause"];
+    const [title, cause] = /^(pps|pos)$/.test(sensor)
+      ? [/已连接，但没有数据|连接中断/, "原因"]
+      : [/Connected, but sends nothing|Connection lost|Sends, but not what it is there for/, "Cause"];
     assert.match(text, title);
     assert.ok(text.includes(cause) && /sends nothing|connection lost|no returns/.test(text), `the cause of the ${sensor}: ${text}`);
     assert.ok(action.length > 10, `what to do about the ${sensor}: ${action}`);

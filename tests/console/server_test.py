@@ -333,6 +333,8 @@ try:
         if not programs_with(work + "/drives/.console/sim-"):
             break
         time.sleep(0.1)
+    else:
+        raise AssertionError("the emulated devices of the drive before do not end")
     # It is paused, goes on faster, and goes on elsewhere.
     assert server.ask("POST", "/api/start", {"rig": "street", "simulate": "long", "name": "long"})[0] == 202
     server.until("driving", 90)
