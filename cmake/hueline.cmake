@@ -153,13 +153,13 @@ function(hueline_test name)
 endfunction()
 
 # Tests in real time run one at a time, and begin first. Beside them run patient tests, which compute for long and leave the processor to
-# whoever wants it.
+# whoever wants it: how long they take depends on the others, so their limit ends only what hangs.
 #   set_tests_properties(apps.drive PROPERTIES ${HUELINE_LIVE})
 #   hueline_patient_test(apps.score SCRIPT [ARGUMENT...])
 set(HUELINE_LIVE RESOURCE_LOCK live COST 10000)
 function(hueline_patient_test name)
   add_test(NAME ${name} COMMAND nice -n 19 ${ARGN})
-  set_tests_properties(${name} PROPERTIES COST 500)
+  set_tests_properties(${name} PROPERTIES COST 500 TIMEOUT 1800)
 endfunction()
 
 # hueline_fuzz(velodyne SOURCES velodyne_fuzz.cpp DEPENDS hueline_drivers CORPUS velodyne): LLVMFuzzerTestOneInput.
