@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
@@ -16,6 +18,7 @@
 #include "apps/command_line.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "console/server/alarm_sound.hpp"
 #include "console/server/api.hpp"
 #include "console/server/certificate.hpp"
 #include "console/server/drive_control.hpp"
@@ -32,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ConsoleOptions {
-  std::string drives, page, rigs, scenarios, hueline, users, address = "127.0.0.1", certificate, key;
+  std::string drives, page, rigs, scenarios, hueline, users, address = "127.0.0.1", certificate, key, sound = "default";
   int port = 8765;
   double hours = 4;
   bool is_plain = false;
@@ -111,6 +114,18 @@ int serve(const ConsoleOptions& options) {
   const fs::path page =
       options.page.empty() ? own_folder().parent_path() / "share" / "hueline" / "console" : fs::path(options.page);
   console::Api api(drive, page, users_file(options));
+  std::optional<console::AlarmSound> sound;
+  if (options.sound != "none") {
+    sound.emplace(options.sound, [&](const std::string& trouble) {
+      if (trouble.empty())
+        log_info("alarms can be heard again");
+      else
+        log_warning("{}", trouble);
+      boost::asio::post(io, [&drive, trouble] { drive.set_sound_trouble(trouble); });
+    });
+    drive.alarms().on_change = [&](bool is_alarm, std::uint64_t warnings) { sound->set(is_alarm, warnings); };
+    api.try_sound = [&] { sound->try_out(); };
+  }
   console::Server::Config config;
   config.address = options.address;
   config.port = static_cast<std::uint16_t>(options.port);
@@ -202,6 +217,8 @@ void add_commands(Command& all) {
   serve_command.option("--allow-simulate", options->scenarios,
                        "folder of scenarios that the page may drive with emulated devices");
   serve_command.option("--hueline", options->hueline, "the program `hueline`, if not the one beside this program");
+  serve_command.setting("--sound", options->sound,
+                        "sound device of this computer for alarms, as `aplay -L` names it; none: no sound");
   serve_command.setting("--hours", options->hours, "how long a drive will be, for the check of the disk",
                         {0.0, 1000.0});
   serve_command.footer(

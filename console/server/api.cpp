@@ -216,6 +216,15 @@ void Api::post(const Request& request, const Session& session, const Answered& a
   if (request.path == "/api/replay")
     return answer_drive(
         drive_.replay(text_in(*body, "drive"), number_in(*body, "speed", 1), number_in(*body, "from_s", 0)));
+  if (request.path == "/api/acknowledge") {
+    drive_.acknowledge(text_in(*body, "alarm"));
+    return answered(json_answer(ordered_json::object()));
+  }
+  if (request.path == "/api/sound") {
+    if (!try_sound) return answered(refuse(409, "this console has been started without sound: --sound none"));
+    try_sound();
+    return answered(json_answer(ordered_json::object(), 202));
+  }
   if (request.path == "/api/replay/seek")
     return answer_status(drive_.seek(number_in(*body, "position_s", -1)), ordered_json::object());
   const auto answer_command = [&](unsigned status, const auto& send) {

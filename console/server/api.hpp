@@ -50,6 +50,8 @@ class Api {
   std::optional<Client> client_of_socket(const Request& request, Answer& refusal);
   /// Returns whether the page's origin is this server, or the request has none.
   static bool is_own_origin(const Request& request);
+  /// Lets this computer sound an alarm once, for somebody who listens. Empty: this console has no sound.
+  std::function<void()> try_sound;
 
  private:
   Answer page_file(const Request& request) const;

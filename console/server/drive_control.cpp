@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 constexpr const char* kStatusTopic = "/hueline/status";
 constexpr double kMostSpeed = 1000, kLongestDrive_s = 1e6;
 constexpr auto kLookEvery = std::chrono::milliseconds(100);
+constexpr auto kOldAfter = std::chrono::seconds(2);  // as the page has it
 constexpr auto kSearchEvery = std::chrono::milliseconds(500);
 constexpr std::size_t kMostDrives = 5000;
 constexpr std::uintmax_t kMostSummary = 64'000'000;
@@ -66,6 +67,9 @@ std::vector<std::string> yaml_files(const fs::path& folder) {
   return names;
 }
 
+/// Whether a capture that ends so has failed while it drove: by an unexpected error, by its disk, or by a signal.
+bool is_failure(int exit_status) { return exit_status == 1 || exit_status == 4 || exit_status >= 128; }
+
 const std::vector<std::string> kSimulatedPorts = {"--data-port", "42368",    "--position-port", "48308",
                                                   "--pos-port",  "43001",    "--can-port",      "40000",
                                                   "--address",   "127.0.0.2"};
@@ -94,6 +98,8 @@ fs::path DriveControl::work(const std::string& file) const { return places_.driv
 
 void DriveControl::look() {
   watch_programs();
+  const bool is_silent = step_ == Step::Running && feed_ && !is_replay_ && Clock::now() - status_at_ > kOldAfter;
+  if (is_silent != alarms_.has(Alarms::kSilent)) alarms_.set(Alarms::kSilent, is_silent);
   if (next_ && !capture_.is_running() && !feed_) run_next_replay();
   if (!feed_ && Clock::now() - looked_ >= kSearchEvery) find_feed();
   changed();
@@ -101,6 +107,16 @@ void DriveControl::look() {
   timer_.async_wait([this](boost::system::error_code failed) {
     if (!failed) look();
   });
+}
+
+void DriveControl::acknowledge(const std::string& alarm) {
+  alarms_.acknowledge(alarm);
+  changed();
+}
+
+void DriveControl::set_sound_trouble(const std::string& why) {
+  sound_trouble_ = why;
+  changed();
 }
 
 /// Tells a change of the state.
@@ -143,6 +159,8 @@ bool DriveControl::try_feed(const fs::path& socket) {
             drive_ = json.value("drive", "");
             rig_ = json.value("rig", "");
             since_ = json.value("since", "");
+            status_at_ = Clock::now();
+            alarms_.set(Alarms::kEnded, false);
             if (step_ != Step::Stopping) step_ = Step::Running;
             if (is_replay_ && replay_.is_paused) (void)pace(true, {}, [](const std::string&) {});
             if (const std::string note = std::exchange(first_note_, {}); !note.empty() && !is_replay_)
@@ -167,6 +185,11 @@ bool DriveControl::try_feed(const fs::path& socket) {
         [this] {
           feed_.reset();
           status_channel_.reset();
+          alarms_.end_drive();
+          // Its feed takes the socket along when it ends by itself.
+          std::error_code ignored;
+          if (!is_replay_ && step_ == Step::Running && fs::exists(feed_path_, ignored))
+            alarms_.set(Alarms::kEnded, true);
           for (auto& [id, done] : std::exchange(commands_, {})) done("the drive has ended");
           if (!capture_.is_running() && !next_) step_ = Step::Idle;
           changed();
@@ -179,6 +202,8 @@ bool DriveControl::try_feed(const fs::path& socket) {
 /// Takes the state of the drive, which comes ten times a second.
 void DriveControl::take_status(const std::string& text) {
   const ordered_json status = ordered_json::parse(text, nullptr, false);
+  status_at_ = Clock::now();
+  if (!is_replay_) alarms_.take(status);
   if (const ordered_json replay = value_at(status, {"replay"}); is_replay_ && !next_ && replay.is_object()) {
     const auto number = [&](const char* key, double otherwise) {
       return replay.contains(key) && replay[key].is_number() ? replay[key].get<double>() : otherwise;
@@ -196,6 +221,7 @@ void DriveControl::take_status(const std::string& text) {
 void DriveControl::take_end(const char* what, Child& child, const fs::path& said) {
   const auto status = child.take_end();
   if (!status || next_) return;
+  if (!is_replay_ && step_ != Step::Stopping && is_failure(*status)) alarms_.set(Alarms::kEnded, true);
   last_ = {{"drive", drive_}, {"what", what}, {"exit_status", *status}, {"text", last_lines(said, 4000)}};
   step_ = Step::Idle;
   player_.ask_to_end();
@@ -280,7 +306,10 @@ ordered_json DriveControl::state_json() const {
                : ordered_json()},
           {"allow_simulate", !places_.scenarios.empty()},
           {"scenarios", yaml_files(places_.scenarios)},
-          {"last", last_}};
+          {"last", last_},
+          {"ended", alarms_.has(Alarms::kEnded)},
+          {"acknowledged", alarms_.acknowledged_json()},
+          {"sound_trouble", sound_trouble_}};
 }
 
 ordered_json DriveControl::check_json() const {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "console/server/alarms.hpp"
 #include "console/server/feed_link.hpp"
 #include "core/child.hpp"
 #include "core/result.hpp"
@@ -39,6 +40,13 @@ class DriveControl {
   void start();
   /// Called when state_json() has changed.
   std::function<void()> on_change;
+
+  /// The alarms of a running capture. Those of a replay are of another day: the page shows them, and nobody is called.
+  Alarms& alarms() { return alarms_; }
+  /// An operator has seen a warning or alarm of the running capture, by its id (Alarms).
+  void acknowledge(const std::string& alarm);
+  /// Tells the page why alarms cannot be heard from this computer; empty: they can.
+  void set_sound_trouble(const std::string& why);
 
   nlohmann::ordered_json state_json() const;
   nlohmann::ordered_json check_json() const;
@@ -104,6 +112,9 @@ class DriveControl {
   std::optional<Replay> next_;  // begins when the running one has ended
   std::filesystem::path feed_path_;
   std::optional<std::uint32_t> status_channel_;
+  std::chrono::steady_clock::time_point status_at_{};  // when the last status came
+  Alarms alarms_;
+  std::string sound_trouble_;
   std::shared_ptr<FeedLink> feed_;  // while a drive runs: for its hello and for commands
   std::chrono::steady_clock::time_point looked_{};
   nlohmann::ordered_json last_, check_;

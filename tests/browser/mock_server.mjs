@@ -29,7 +29,7 @@ export const kSensors = [
 ];
 
 export class Mock {
-  state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none" };
+  state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none", ended: false, acknowledged: [], sound_trouble: "" };
   check = { state: "none", rig: null, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
   /// What a check will answer.
   checklist = [];
@@ -116,9 +116,22 @@ export class Mock {
   /// All is well again.
   well(who) {
     this.#troubles.delete(who);
+    this.state.acknowledged = this.state.acknowledged.filter((id) => !id.startsWith(`${who} `));
+    this.#send("/hueline/console", this.state);
     if (who === "pps") this.#holdover = null;
     this.#event("health", "ok", who, "all is well");
     this.#sendStatus();
+  }
+  /// As when an operator has acknowledged an alarm on some page.
+  acknowledge(id) {
+    if (id === "console ended") this.state.ended = false;
+    else this.state.acknowledged.push(id);
+    this.#send("/hueline/console", this.state);
+  }
+  /// As when the capture is killed.
+  kill() {
+    Object.assign(this.state, { state: "idle", feed: "none", ended: true });
+    this.#send("/hueline/console", this.state);
   }
   mark(note) {
     this.marks.push({ number: this.marks.length + 1, drive_s: this.drive_s, time: new Date().toISOString(), note, ...this.#place() });
@@ -135,7 +148,7 @@ export class Mock {
     this.#seconds = [];
     this.#troubles.clear();
     this.#holdover = null;
-    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected", replay: null });
+    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected", replay: null, ended: false, acknowledged: [] });
     for (const topic of ["/hueline/status", "/hueline/events", "/hueline/map"]) this.#addChannel(topic);
     this.#addChannel("/cloud", "foxglove.PointCloud");
     this.#addChannel("/pose", "foxglove.PoseInFrame");
@@ -347,6 +360,11 @@ export class Mock {
       case "POST mark":
         this.mark(body.note);
         return say(200, {});
+      case "POST acknowledge":
+        this.acknowledge(body.alarm);
+        return say(200, {});
+      case "POST sound":
+        return this.state.sound_trouble ? deny(409, this.state.sound_trouble) : say(202, {});
       case "GET drives": return say(200, { drives: this.drives });
       case "POST replay":
         if (this.state.state !== "idle") return deny(409, "A drive is running already.");

@@ -189,6 +189,54 @@ test("an alarm comes within a second with cause and action, sounds, is acknowled
   await page.waitForSelector(".alarms li.alarm:not(.seen)");
 });
 
+test("who acknowledges an alarm acknowledges it on every page; a viewer, on the viewer's page alone", async () => {
+  await open();
+  mock.begin();
+  await page.waitForSelector(".sensor.ok");
+  mock.trouble("head", "gone", "alarm", "connection lost", "");
+  await page.waitForSelector(".alarms li.alarm:not(.seen)");
+  mock.acknowledge("head gone alarm");
+  await page.waitForSelector(".alarms li.alarm.seen");
+  mock.trouble("pos", "weak_gnss", "warning", "DGNSS instead of RTK", "");
+  await page.waitForSelector(".alarms li.warning:not(.seen)");
+  await page.keyboard.press("a");
+  await page.waitForSelector(".alarms li.warning.seen");
+  const acknowledged = () => posts("acknowledge").map((one) => one.body.alarm);
+  assert.deepEqual(acknowledged(), ["pos weak_gnss warning"]);
+  mock.well("head");
+  mock.well("pos");
+  await page.waitForFunction(() => document.querySelectorAll(".alarms li").length === 0);
+  await page.context().close();
+
+  await open("drive", { name: "victor", password: "another word" });
+  mock.trouble("head", "gone", "alarm", "connection lost", "");
+  await page.waitForSelector(".alarms li.alarm:not(.seen)");
+  await page.keyboard.press("a");
+  await page.waitForSelector(".alarms li.alarm.seen");
+  assert.equal(acknowledged().length, 1);
+});
+
+test("a capture that ends by itself is an alarm, until somebody has seen it", async () => {
+  await open();
+  mock.begin();
+  await page.waitForSelector(".sensor.ok");
+  mock.kill();
+  await page.locator(".alarms li.alarm", { hasText: "The capture has ended by itself" }).waitFor();
+  await see("Nothing is recorded now");
+  await page.keyboard.press("a");
+  await page.waitForFunction(() => document.querySelectorAll(".alarms li").length === 0);
+  assert.equal(mock.state.ended, false);
+});
+
+test("an operator hears the alarm of the vehicle's computer, or reads why nobody can", async () => {
+  await open();
+  await page.locator("button.menu").click();
+  await page.getByRole("button", { name: "Hear the alarm" }).click();
+  while (posts("sound").length === 0) await page.waitForTimeout(50);
+  mock.state.sound_trouble = "no alarm can be heard: the sound device 'default' cannot be opened";
+  await page.locator("dialog").getByText("the sound device 'default' cannot be opened").waitFor();
+});
+
 test("each lamp has a shape and a word of its own, not colour alone", async () => {
   await open();
   mock.begin();

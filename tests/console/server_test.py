@@ -23,6 +23,7 @@ console, hueline, source = sys.argv[1:4]
 work = tempfile.mkdtemp()
 users = work + "/users.json"
 page = work + "/page"
+played = work + "/played.raw"  # what the sound device has played
 os.makedirs(page + "/assets")
 open(page + "/index.html", "w").write("<!doctype html><title>page</title>")
 open(page + "/assets/a-1.js", "w").write("1")
@@ -39,7 +40,7 @@ class Console:
     def __init__(self, *words):
         self.process = subprocess.Popen(
             [console, "serve", "--drives", work + "/drives", "--rigs", work + "/rigs", "--page", page, "--users", users, "--port", "0",
-             "--hueline", hueline, "--allow-simulate", work + "/scenarios", *words],
+             "--hueline", hueline, "--allow-simulate", work + "/scenarios", "--sound", f"file:'| cat >> {played}',raw", *words],
             stderr=subprocess.PIPE, env=environment, text=True)
         self.said = ""
         while "the console is at" not in self.said:
@@ -89,7 +90,7 @@ class Console:
 
 
 class RefusingDrive:
-    """Plays the feed of a drive: it refuses the first command, takes the second, and ends when it is told."""
+    """Plays the feed of a drive: it refuses the first command, takes the second, shows the troubles that it is told, and ends when it is told."""
 
     def __init__(self, folder):
         os.makedirs(folder)
@@ -109,11 +110,17 @@ class RefusingDrive:
                 return
             self.links.append(link)
             self.send(link, 1, {"protocol": "hueline.feed.1", "mode": "capture", "rig": "street", "drive": "stubborn", "since": "", "pid": os.getpid()})
+            self.send(link, 2, {"id": 0, "topic": "/hueline/status", "encoding": "json", "schema_name": "hueline.Status", "schema_encoding": "jsonschema", "schema": "{}"})
             threading.Thread(target=self.answer, args=[link], daemon=True).start()
 
-    def send(self, link, kind, json_value):
-        content = json.dumps(json_value).encode()
+    def send(self, link, kind, json_value, before=b""):
+        content = before + json.dumps(json_value).encode()
         link.sendall(struct.pack("<IB", len(content), kind) + content)
+
+    def show(self, *troubles):
+        status = {"drive": "stubborn", "level": "ok", "troubles": [], "sensors": [{"name": "laser", "troubles": troubles}]}
+        for link in self.links:
+            self.send(link, 3, status, struct.pack("<Iq", 0, time.time_ns()))
 
     def answer(self, link):
         stream = link.makefile("rb")
@@ -123,11 +130,30 @@ class RefusingDrive:
             if kind == 66:
                 self.send(link, 4, {"id": content["id"], "error": self.errors.pop(0)})
 
-    def end(self):
+    def end(self, killed=False):
+        self.socket.shutdown(socket.SHUT_RDWR)  # or it would be open until the next accept() returns
         self.socket.close()
-        os.unlink(self.path)
+        if not killed:
+            os.unlink(self.path)
         for link in self.links:
             link.shutdown(socket.SHUT_RDWR)
+
+
+def until(is_so, seconds, what):
+    end = time.time() + seconds
+    while not is_so():
+        assert time.time() < end, what + ": not so"
+        time.sleep(0.05)
+
+
+def sounds():
+    """How many seconds of sound have been played since the last call, when one has ended."""
+    size = -1
+    while size != os.path.getsize(played):
+        size = os.path.getsize(played)
+        time.sleep(0.3)
+    os.truncate(played, 0)
+    return size / 2 / 48000
 
 
 def add_user(name, role, password):
@@ -205,9 +231,40 @@ try:
     status, data = server.ask("POST", "/api/stop", {})
     assert status == 409 and data["error"] == "the disk is too slow", (status, data)
     assert server.ask("GET", "/api/state")[1]["state"] == "driving"
+    # An alarm sounds until it is acknowledged. A drive that ends as it was asked to makes no sound.
+    gone = {"trouble": "gone", "level": "alarm", "cause": "sends nothing", "action": "check its cable"}
+    alarm_s = 3 * 0.18
+    open(played, "a").close()
+    assert sounds() == 0
+    drive.show(gone)
+    until(lambda: sounds() >= alarm_s, 10, "the alarm is heard")
+    until(lambda: sounds() >= alarm_s, 10, "the alarm is heard again")
+    assert server.ask("POST", "/api/acknowledge", {"alarm": "laser gone alarm"})[0] == 200
+    assert server.ask("GET", "/api/state")[1]["acknowledged"] == ["laser gone alarm"]
+    sounds()
+    for _ in range(40):  # a drive that says nothing for 2 s would be an alarm, too
+        drive.show(gone)
+        time.sleep(0.1)
+    assert sounds() == 0, "the acknowledged alarm is heard"
+    until(lambda: sounds() >= alarm_s, 20, "the silence of the drive is heard")
+    drive.show()
+    until(lambda: server.ask("GET", "/api/state")[1]["acknowledged"] == [], 5, "the alarm is over")
+    assert server.ask("POST", "/api/sound", {})[0] == 202
+    until(lambda: sounds() >= alarm_s, 10, "the alarm is heard for trial")
     assert server.ask("POST", "/api/stop", {})[0] == 202
     drive.end()
     server.until("idle", 10)
+    assert server.ask("GET", "/api/state")[1]["ended"] is False
+    # One that is killed leaves its socket behind.
+    drive = RefusingDrive(work + "/drives/killed")
+    server.until("driving", 10)
+    drive.end(killed=True)
+    server.until("idle", 10)
+    assert server.ask("GET", "/api/state")[1]["ended"] is True
+    until(lambda: sounds() >= alarm_s, 10, "the end of the drive is heard")
+    assert server.ask("POST", "/api/acknowledge", {"alarm": "console ended"})[0] == 200
+    assert server.ask("GET", "/api/state")[1]["ended"] is False
+    os.unlink(drive.path)
 
     # What is too large, too slow, or no HTTP.
     assert server.ask("POST", "/api/mark", {"note": "x" * 70000})[0] == 413

@@ -113,6 +113,9 @@ export interface ConsoleState {
   replay?: { speed: number; paused: boolean; from_s: number; duration_s: number | null } | null; // while one runs
   last: { drive: string; what?: string; exit_status: number; text: string } | null; // what: capture, replay or simulate
   feed?: "connected" | "none" | "lost";
+  ended?: boolean; // the capture has ended although nobody had asked it to, and no operator has acknowledged it
+  acknowledged?: string[]; // ids of alarms of the running capture (state/alarms.ts)
+  sound_trouble?: string; // why alarms cannot be heard from the vehicle's computer; empty: they can
 }
 
 export interface Session {

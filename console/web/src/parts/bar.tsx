@@ -1,11 +1,13 @@
 import { useState } from "preact/hooks";
 import { canSound, overall } from "../state/alarms";
-import { consoleState, isDriving, isReplaying, leftOut, linked, oldBy, session, status } from "../state/live";
+import { post } from "../link/rest";
+import { consoleState, isDriving, isReplaying, leftOut, linked, mayOperate, oldBy, session, status } from "../state/live";
 import { logout } from "../state/session";
 import { language, sound, theme } from "../state/settings";
 import { formatDriveTime, formatTime, t } from "../words/words";
 import { Dialog } from "./dialog";
 import { Lamp } from "./lamp";
+import { useTask } from "./task";
 
 function Link() {
   const old = oldBy.value;
@@ -39,6 +41,7 @@ function What() {
 }
 
 function Settings({ close }: { close: () => void }) {
+  const hearing = useTask();
   return (
     <Dialog title={t("bar.settings")} close={close}>
       <div class="settings">
@@ -51,10 +54,21 @@ function Settings({ close }: { close: () => void }) {
         <button type="button" aria-pressed={sound.value === "on"} onClick={() => (sound.value = sound.value === "on" ? "off" : "on")}>
           {t(sound.value === "on" ? "bar.sound.on" : "bar.sound.off")}
         </button>
+        {mayOperate.value && (
+          <button type="button" disabled={hearing.busy} onClick={() => hearing.run(() => post("sound"))}>
+            {t("bar.sound.try")}
+          </button>
+        )}
         <button type="button" onClick={() => void logout()}>
           {t("bar.logout")} ({session.value?.name})
         </button>
       </div>
+      {hearing.wrong && <p class="wrong" role="alert">{hearing.wrong}</p>}
+      {consoleState.value?.sound_trouble && (
+        <p>
+          {t("bar.sound.none")}: <span lang="en">{consoleState.value.sound_trouble}</span>
+        </p>
+      )}
       <h3>{t("keys.title")}</h3>
       <ul>
         {(["keys.views", "keys.mark", "keys.acknowledge", "keys.theme"] as const).map((key) => (

@@ -1,10 +1,12 @@
 import { computed, effect, signal } from "@preact/signals";
 import type { Level, Trouble } from "../link/messages";
-import { isDriving, linked, oldBy, status } from "./live";
+import { post } from "../link/rest";
+import { consoleState, isDriving, isReplaying, linked, mayOperate, oldBy, status } from "./live";
 import { sound } from "./settings";
 
 /// Something that is wrong now. It stays in the list while it lasts; who has seen it acknowledges it, which ends the sound
-/// and hides nothing.
+/// and hides nothing. hueline-console has the same ids (console/server/alarms.hpp): what an operator acknowledges is
+/// acknowledged on every page and on the vehicle's computer; what a viewer does is silent on that page alone.
 export interface Alarm {
   id: string;
   sensor: string; // "drive", or "console" for the link to the server
@@ -14,6 +16,8 @@ export interface Alarm {
   action: string;
   since_s: number | null;
 }
+
+const kEnded = "console ended";
 
 const kRank: Record<Level, number> = { ok: 0, waiting: 1, warning: 2, alarm: 3 };
 
@@ -34,6 +38,8 @@ export const alarms = computed<Alarm[]>(() => {
       action: "",
       since_s: null,
     });
+  if (consoleState.value?.ended)
+    list.push({ id: kEnded, sensor: "console", level: "alarm", trouble: "capture_ended", cause: "", action: "", since_s: null });
   const now = status.value;
   if (now) {
     for (const one of now.troubles ?? []) list.push(alarmOf("drive", one));
@@ -49,9 +55,13 @@ export const alarms = computed<Alarm[]>(() => {
 });
 
 const acknowledged = signal<ReadonlySet<string>>(new Set());
-export const isAcknowledged = (alarm: Alarm): boolean => acknowledged.value.has(alarm.id);
+const acknowledgedByAll = computed(() => new Set(isReplaying.value ? [] : consoleState.value?.acknowledged));
+export const isAcknowledged = (alarm: Alarm): boolean => acknowledged.value.has(alarm.id) || acknowledgedByAll.value.has(alarm.id);
 export function acknowledge(list: Alarm[]): void {
   acknowledged.value = new Set([...acknowledged.value, ...list.map((one) => one.id)]);
+  if (!mayOperate.value || isReplaying.value) return;
+  // Without an answer this page is silent at least; the vehicle's computer goes on, which is the safe side.
+  for (const one of list) void post("acknowledge", { alarm: one.id }).catch(() => {});
 }
 export const unacknowledged = computed(() => alarms.value.filter((one) => !isAcknowledged(one)));
 

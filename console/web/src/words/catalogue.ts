@@ -19,6 +19,8 @@ export const catalogue = {
   "bar.theme.day": ["Day colours", "日间配色"],
   "bar.sound.on": ["Sound is on", "声音已开启"],
   "bar.sound.off": ["Sound is off", "声音已关闭"],
+  "bar.sound.try": ["Hear the alarm of the vehicle's computer", "试听车载计算机的报警声"],
+  "bar.sound.none": ["No alarm can be heard from the vehicle's computer", "车载计算机无法发出报警声"],
   "bar.sound.touch": ["Touch the page once to allow the alarm sound", "请点击页面一次以启用报警声"],
   "bar.language": ["中文", "English"],
   "bar.logout": ["Log out", "退出登录"],
@@ -298,6 +300,8 @@ export const catalogue = {
   // troubles: title, and what to do
   "trouble.link_lost": ["No connection to the vehicle's computer", "与车载计算机的连接中断"],
   "todo.link_lost": ["What is shown is old. The recording goes on without this page. Check the network of this device.", "显示的数据已过时。记录不受影响，仍在继续。请检查本设备的网络。"],
+  "trouble.capture_ended": ["The capture has ended by itself", "采集程序已自行结束"],
+  "todo.capture_ended": ["Nothing is recorded now. What was recorded before is whole. Read under Stop what the capture said last, then start again.", "现在没有记录数据，此前的记录完整。请在“停止”页查看采集程序最后的输出，然后重新开始。"],
   "trouble.feed_lost": ["The capture sends nothing", "采集程序没有发送数据"],
   "todo.feed_lost": ["What is shown is old. Look at the vehicle's computer: the capture may have ended.", "显示的数据已过时。请查看车载计算机，采集程序可能已结束。"],
   "trouble.missing": ["Has never sent anything", "从未发送数据"],

@@ -1,0 +1,74 @@
+#include "console/server/alarms.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hueline::console {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string word(const ordered_json& json, const char* key) {
+  return json.is_object() && json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : std::string();
+}
+
+const ordered_json& list(const ordered_json& json, const char* key) {
+  static const ordered_json kNone = ordered_json::array();
+  return json.is_object() && json.contains(key) && json[key].is_array() ? json[key] : kNone;
+}
+
+}  // namespace
+
+void Alarms::take(const ordered_json& status) {
+  std::set<std::string> alarms, warnings;
+  const auto note = [&](const std::string& sensor, const ordered_json& troubles) {
+    for (const ordered_json& one : troubles) {
+      const std::string level = word(one, "level");
+      if (level != "alarm" && level != "warning") continue;
+      (level == "alarm" ? alarms : warnings).insert(sensor + " " + word(one, "trouble") + " " + level);
+    }
+  };
+  note("drive", list(status, "troubles"));
+  for (const ordered_json& sensor : list(status, "sensors")) note(word(sensor, "name"), list(sensor, "troubles"));
+  for (const std::string& one : warnings) warnings_begun_ += !warnings_.contains(one);
+  alarms_ = std::move(alarms);
+  warnings_ = std::move(warnings);
+  change();
+}
+
+void Alarms::set(const std::string& own, bool is_there) {
+  if (is_there)
+    own_.insert(own);
+  else
+    own_.erase(own);
+  change();
+}
+
+void Alarms::end_drive() {
+  alarms_.clear();
+  warnings_.clear();
+  own_.erase(kSilent);
+  change();
+}
+
+void Alarms::acknowledge(const std::string& id) {
+  if (id == kEnded)
+    own_.erase(id);
+  else
+    acknowledged_.insert(id);  // and change() forgets what does not last
+  change();
+}
+
+void Alarms::change() {
+  std::erase_if(acknowledged_, [this](const std::string& id) {
+    return !alarms_.contains(id) && !warnings_.contains(id) && !own_.contains(id);
+  });
+  const auto is_new = [this](const std::string& id) { return !acknowledged_.contains(id); };
+  const bool is_alarm = std::ranges::any_of(alarms_, is_new) || std::ranges::any_of(own_, is_new);
+  if (is_alarm == std::exchange(was_alarm_, is_alarm) &&
+      warnings_begun_ == std::exchange(warnings_told_, warnings_begun_))
+    return;
+  if (on_change) on_change(is_alarm, warnings_begun_);
+}
+
+}  // namespace hueline::console
