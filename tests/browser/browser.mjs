@@ -25,6 +25,8 @@ export async function newPage(browser, { size = "tablet", locale = "en-GB", colo
     // A refused login and a cut connection are what some tests are about.
     if (message.type() === "error" && !/WebSocket|Failed to load resource/.test(message.text())) page.wrong.push(message.text());
   });
+  // Not a fault by itself: it explains one.
+  page.on("requestfailed", (request) => console.log(`${request.method()} ${request.url()}: ${request.failure()?.errorText}`));
   return page;
 }
 
