@@ -60,11 +60,6 @@ AlarmSound::AlarmSound(std::string device, std::function<void(const std::string&
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
-AlarmSound::~AlarmSound() {
-  thread_.request_stop();
-  changed_.notify_all();
-}
-
 void AlarmSound::set(bool is_alarm, std::uint64_t warnings) {
   const Lock lock(mutex_);
   is_alarm_ = is_alarm;

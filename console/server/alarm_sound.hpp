@@ -25,7 +25,6 @@ class AlarmSound {
   /// `device` is a name of ALSA such as "default" or "plughw:0". `on_trouble` is called on the sound's thread when the
   /// device begins to fail, with what to do, and with an empty text when it is well again.
   AlarmSound(std::string device, std::function<void(const std::string&)> on_trouble);
-  ~AlarmSound();
   AlarmSound(const AlarmSound&) = delete;
   AlarmSound& operator=(const AlarmSound&) = delete;
 
@@ -46,7 +45,7 @@ class AlarmSound {
   bool is_broken_ = false;  // known to the thread alone
   bool is_alarm_ HUELINE_GUARDED_BY(mutex_) = false, is_tried_ HUELINE_GUARDED_BY(mutex_) = false;
   std::uint64_t warnings_ HUELINE_GUARDED_BY(mutex_) = 0, warnings_heard_ HUELINE_GUARDED_BY(mutex_) = 0;
-  std::jthread thread_;
+  std::jthread thread_;  // its destructor ends it first of all
 };
 
 }  // namespace hueline::console

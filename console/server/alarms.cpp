@@ -64,11 +64,8 @@ void Alarms::change() {
     return !alarms_.contains(id) && !warnings_.contains(id) && !own_.contains(id);
   });
   const auto is_new = [this](const std::string& id) { return !acknowledged_.contains(id); };
-  const bool is_alarm = std::ranges::any_of(alarms_, is_new) || std::ranges::any_of(own_, is_new);
-  if (is_alarm == std::exchange(was_alarm_, is_alarm) &&
-      warnings_begun_ == std::exchange(warnings_told_, warnings_begun_))
-    return;
-  if (on_change) on_change(is_alarm, warnings_begun_);
+  const std::pair now{std::ranges::any_of(alarms_, is_new) || std::ranges::any_of(own_, is_new), warnings_begun_};
+  if (now != std::exchange(told_, now) && on_change) on_change(now.first, now.second);
 }
 
 }  // namespace hueline::console

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace hueline::console {
 
@@ -40,8 +41,7 @@ class Alarms {
 
   std::set<std::string> alarms_, warnings_, own_, acknowledged_;
   std::uint64_t warnings_begun_ = 0;
-  bool was_alarm_ = false;
-  std::uint64_t warnings_told_ = 0;
+  std::pair<bool, std::uint64_t> told_{};  // what on_change was told last
 };
 
 }  // namespace hueline::console

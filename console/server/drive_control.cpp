@@ -98,7 +98,8 @@ fs::path DriveControl::work(const std::string& file) const { return places_.driv
 
 void DriveControl::look() {
   watch_programs();
-  const bool is_silent = step_ == Step::Running && feed_ && !is_replay_ && Clock::now() - status_at_ > kOldAfter;
+  // The first status comes with the first packet; that a sensor begins late is for health to say.
+  const bool is_silent = step_ == Step::Running && !is_replay_ && status_at_ && Clock::now() - *status_at_ > kOldAfter;
   if (is_silent != alarms_.has(Alarms::kSilent)) alarms_.set(Alarms::kSilent, is_silent);
   if (next_ && !capture_.is_running() && !feed_) run_next_replay();
   if (!feed_ && Clock::now() - looked_ >= kSearchEvery) find_feed();
@@ -159,7 +160,6 @@ bool DriveControl::try_feed(const fs::path& socket) {
             drive_ = json.value("drive", "");
             rig_ = json.value("rig", "");
             since_ = json.value("since", "");
-            status_at_ = Clock::now();
             alarms_.set(Alarms::kEnded, false);
             if (step_ != Step::Stopping) step_ = Step::Running;
             if (is_replay_ && replay_.is_paused) (void)pace(true, {}, [](const std::string&) {});
@@ -185,6 +185,7 @@ bool DriveControl::try_feed(const fs::path& socket) {
         [this] {
           feed_.reset();
           status_channel_.reset();
+          status_at_.reset();
           alarms_.end_drive();
           // Its feed takes the socket along when it ends by itself.
           std::error_code ignored;

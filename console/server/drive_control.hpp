@@ -112,7 +112,7 @@ class DriveControl {
   std::optional<Replay> next_;  // begins when the running one has ended
   std::filesystem::path feed_path_;
   std::optional<std::uint32_t> status_channel_;
-  std::chrono::steady_clock::time_point status_at_{};  // when the last status came
+  std::optional<std::chrono::steady_clock::time_point> status_at_;  // when the last status of this feed came
   Alarms alarms_;
   std::string sound_trouble_;
   std::shared_ptr<FeedLink> feed_;  // while a drive runs: for its hello and for commands

@@ -72,6 +72,14 @@ TEST(Alarms, CountWarningsThatBegin) {
   EXPECT_THAT(told.take(), ElementsAre(std::pair(false, 2u)));
 }
 
+TEST(Alarms, AreToldOnceWithTheWarningsThatBeginWithThem) {
+  Told told;
+  const ordered_json both = status_with(kNone, {trouble("gone", "alarm"), trouble("late", "warning")});
+  told.alarms.take(both);
+  told.alarms.take(both);
+  EXPECT_THAT(told.take(), ElementsAre(std::pair(true, 1u)));
+}
+
 TEST(Alarms, OfTheConsoleOutliveTheDriveUntilSomebodyHasSeenThem) {
   Told told;
   told.alarms.take(status_with(kNone, {trouble("gone", "alarm")}));

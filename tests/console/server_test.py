@@ -235,7 +235,8 @@ try:
     gone = {"trouble": "gone", "level": "alarm", "cause": "sends nothing", "action": "check its cable"}
     alarm_s = 3 * 0.18
     open(played, "a").close()
-    assert sounds() == 0
+    time.sleep(2.5)
+    assert sounds() == 0, "a drive that has sent no status yet is no silent one"
     drive.show(gone)
     until(lambda: sounds() >= alarm_s, 10, "the alarm is heard")
     until(lambda: sounds() >= alarm_s, 10, "the alarm is heard again")

@@ -17,8 +17,6 @@ export interface Alarm {
   since_s: number | null;
 }
 
-const kEnded = "console ended";
-
 const kRank: Record<Level, number> = { ok: 0, waiting: 1, warning: 2, alarm: 3 };
 
 function alarmOf(sensor: string, one: Trouble): Alarm {
@@ -39,7 +37,7 @@ export const alarms = computed<Alarm[]>(() => {
       since_s: null,
     });
   if (consoleState.value?.ended)
-    list.push({ id: kEnded, sensor: "console", level: "alarm", trouble: "capture_ended", cause: "", action: "", since_s: null });
+    list.push({ id: "console ended", sensor: "console", level: "alarm", trouble: "capture_ended", cause: "", action: "", since_s: null });
   const now = status.value;
   if (now) {
     for (const one of now.troubles ?? []) list.push(alarmOf("drive", one));
