@@ -3,33 +3,24 @@
 #include <algorithm>
 #include <utility>
 
+#include "console/server/json_fields.hpp"
+
 namespace hueline::console {
-namespace {
 
 using nlohmann::ordered_json;
-
-std::string word(const ordered_json& json, const char* key) {
-  return json.is_object() && json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : std::string();
-}
-
-const ordered_json& list(const ordered_json& json, const char* key) {
-  static const ordered_json kNone = ordered_json::array();
-  return json.is_object() && json.contains(key) && json[key].is_array() ? json[key] : kNone;
-}
-
-}  // namespace
 
 void Alarms::take(const ordered_json& status) {
   std::set<std::string> alarms, warnings;
   const auto note = [&](const std::string& sensor, const ordered_json& troubles) {
     for (const ordered_json& one : troubles) {
-      const std::string level = word(one, "level");
+      const std::string level = text_in(one, "level");
       if (level != "alarm" && level != "warning") continue;
-      (level == "alarm" ? alarms : warnings).insert(sensor + " " + word(one, "trouble") + " " + level);
+      (level == "alarm" ? alarms : warnings).insert(sensor + " " + text_in(one, "trouble") + " " + level);
     }
   };
-  note("drive", list(status, "troubles"));
-  for (const ordered_json& sensor : list(status, "sensors")) note(word(sensor, "name"), list(sensor, "troubles"));
+  note("drive", list_in(status, "troubles"));
+  for (const ordered_json& sensor : list_in(status, "sensors"))
+    note(text_in(sensor, "name"), list_in(sensor, "troubles"));
   for (const std::string& one : warnings) warnings_begun_ += !warnings_.contains(one);
   alarms_ = std::move(alarms);
   warnings_ = std::move(warnings);

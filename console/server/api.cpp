@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "console/server/json_fields.hpp"
+
 namespace hueline::console {
 namespace {
 
@@ -82,14 +84,6 @@ std::optional<ordered_json> body_of(const Request& request) {
   ordered_json json = ordered_json::parse(request.body, flat, false);
   if (!json.is_object()) return {};
   return json;
-}
-
-std::string text_in(const ordered_json& json, const char* key) {
-  return json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : std::string();
-}
-
-double number_in(const ordered_json& json, const char* key, double otherwise) {
-  return json.contains(key) && json[key].is_number() ? json[key].get<double>() : otherwise;
 }
 
 }  // namespace
@@ -167,9 +161,13 @@ Answer Api::get(const Request& request, const Session& session) {
   if (request.path == "/api/session")
     return json_answer({{"name", session.name}, {"role", name(session.role)}, {"csrf", session.csrf}});
   if (request.path == "/api/state") return json_answer(drive_.state_json());
-  if (request.path == "/api/rigs") return json_answer(drive_.rigs_json());
+  if (request.path == "/api/rigs") {
+    auto rigs = ordered_json::array();
+    for (const std::string& name : drive_.places().rig_names()) rigs.push_back({{"name", name}, {"from", "folder"}});
+    return json_answer({{"rigs", rigs}});
+  }
   if (request.path == "/api/check") return json_answer(drive_.check_json());
-  if (request.path == "/api/drives") return json_answer(drive_.drives_json());
+  if (request.path == "/api/drives") return json_answer(drive_.places().drives_json(drive_.feed().parent_path()));
   constexpr std::string_view kDrives = "/api/drives/";
   if (!request.path.starts_with(kDrives)) return refuse(404, "there is no such call");
   const std::string rest = request.path.substr(kDrives.size());
@@ -180,7 +178,7 @@ Answer Api::get(const Request& request, const Session& session) {
                            : file == "report.pdf"  ? "application/pdf"
                                                    : nullptr;
   if (type == nullptr) return refuse(404, "there is no such file");
-  const auto path = drive_.file_of(rest.substr(0, slash), file);
+  const auto path = drive_.places().file_of(rest.substr(0, slash), file);
   if (!path.ok()) return refuse(path.error().code == ErrorCode::Invalid ? 400 : 404, path.error().message);
   Answer out = file_answer(*path, type);
   // The report has its style inside, and no script.

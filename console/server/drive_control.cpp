@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <csignal>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <utility>
 
+#include "console/server/json_fields.hpp"
 #include "console/server/users.hpp"
 #include "core/drive_command.hpp"
 
@@ -25,8 +24,6 @@ constexpr double kMostSpeed = 1000, kLongestDrive_s = 1e6;
 constexpr auto kLookEvery = std::chrono::milliseconds(100);
 constexpr auto kOldAfter = std::chrono::seconds(2);  // as the page has it
 constexpr auto kSearchEvery = std::chrono::milliseconds(500);
-constexpr std::size_t kMostDrives = 5000;
-constexpr std::uintmax_t kMostSummary = 64'000'000;
 
 std::string utc(const char* format) {
   const std::time_t now = std::time(nullptr);
@@ -36,38 +33,8 @@ std::string utc(const char* format) {
   return {text, std::strftime(text, sizeof text, format, &parts)};
 }
 
-/// Reads a JSON file; null if that is not possible.
-ordered_json read_json(const fs::path& file) {
-  std::error_code failed;
-  const auto size = fs::file_size(file, failed);
-  if (failed || size > kMostSummary) return {};
-  std::ifstream in(file, std::ios::binary);
-  return ordered_json::parse(std::string{std::istreambuf_iterator<char>(in), {}}, nullptr, false);
-}
-
-/// Returns the value at `path` in `json`, or null.
-ordered_json value_at(const ordered_json& json, std::initializer_list<const char*> path) {
-  const ordered_json* at = &json;
-  for (const char* key : path) {
-    if (!at->is_object() || !at->contains(key)) return {};
-    at = &(*at)[key];
-  }
-  return *at;
-}
-
-std::vector<std::string> yaml_files(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code failed;
-  if (folder.empty()) return names;
-  for (fs::directory_iterator at(folder, failed), end; !failed && at != end && names.size() < kMostDrives;
-       at.increment(failed))
-    if (at->path().extension() == ".yaml" && is_plain_name(at->path().stem().string()))
-      names.push_back(at->path().stem().string());
-  std::ranges::sort(names);
-  return names;
-}
-
-/// Whether a capture that ends so has failed while it drove: by an unexpected error, by its disk, or by a signal.
+/// Whether a capture that ends so has failed while it drove: by an unexpected error, by its disk, or by a signal
+/// (apps/exit_code.hpp).
 bool is_failure(int exit_status) { return exit_status == 1 || exit_status == 4 || exit_status >= 128; }
 
 const std::vector<std::string> kSimulatedPorts = {"--data-port", "42368",    "--position-port", "48308",
@@ -133,7 +100,7 @@ void DriveControl::find_feed() {
   std::error_code failed;
   for (const fs::path& folder : {places_.drives, places_.drives / ".replay"}) {
     std::size_t seen = 0;
-    for (fs::directory_iterator at(folder, failed), end; !failed && at != end && seen < kMostDrives;
+    for (fs::directory_iterator at(folder, failed), end; !failed && at != end && seen < Places::kMostDrives;
          at.increment(failed), ++seen) {
       std::error_code ignored;
       const fs::path socket = at->path() / feed::kSocketName;
@@ -206,12 +173,9 @@ void DriveControl::take_status(const std::string& text) {
   status_at_ = Clock::now();
   if (!is_replay_) alarms_.take(status);
   if (const ordered_json replay = value_at(status, {"replay"}); is_replay_ && !next_ && replay.is_object()) {
-    const auto number = [&](const char* key, double otherwise) {
-      return replay.contains(key) && replay[key].is_number() ? replay[key].get<double>() : otherwise;
-    };
-    replay_.speed = number("speed", replay_.speed);
-    replay_.from_s = number("from_s", replay_.from_s);
-    if (const double duration_s = number("duration_s", 0); duration_s > 0) replay_.duration_s = duration_s;
+    replay_.speed = number_in(replay, "speed", replay_.speed);
+    replay_.from_s = number_in(replay, "from_s", replay_.from_s);
+    if (const double duration_s = number_in(replay, "duration_s", 0); duration_s > 0) replay_.duration_s = duration_s;
     // A replay that begins paused has not heard of it yet.
     if (commands_.empty()) replay_.is_paused = replay.value("paused", false);
   }
@@ -306,7 +270,7 @@ ordered_json DriveControl::state_json() const {
                               {"duration_s", replay_.duration_s ? ordered_json(*replay_.duration_s) : ordered_json()}}
                : ordered_json()},
           {"allow_simulate", !places_.scenarios.empty()},
-          {"scenarios", yaml_files(places_.scenarios)},
+          {"scenarios", places_.scenario_names()},
           {"last", last_},
           {"ended", alarms_.has(Alarms::kEnded)},
           {"acknowledged", alarms_.acknowledged_json()},
@@ -319,58 +283,6 @@ ordered_json DriveControl::check_json() const {
   return out;
 }
 
-ordered_json DriveControl::rigs_json() const {
-  auto rigs = ordered_json::array();
-  for (const std::string& name : yaml_files(places_.rigs)) rigs.push_back({{"name", name}, {"from", "folder"}});
-  return {{"rigs", rigs}};
-}
-
-ordered_json DriveControl::drives_json() const {
-  struct Found {
-    fs::path folder;
-    fs::file_time_type time;
-  };
-  std::vector<Found> found;
-  std::error_code failed;
-  for (fs::directory_iterator at(places_.drives, failed), end; !failed && at != end && found.size() < kMostDrives;
-       at.increment(failed)) {
-    std::error_code ignored;
-    const fs::path recording = at->path() / "drive.mcap";
-    if (is_plain_name(at->path().filename().string()) && fs::is_regular_file(recording, ignored))
-      found.push_back({at->path(), fs::last_write_time(recording, ignored)});
-  }
-  std::ranges::sort(found, std::greater(), &Found::time);
-  constexpr std::size_t kMostListed = 200;
-  auto drives = ordered_json::array();
-  for (std::size_t i = 0; i < std::min(found.size(), kMostListed); ++i) {
-    const fs::path& folder = found[i].folder;
-    const ordered_json summary = read_json(folder / "summary.json");
-    std::error_code ignored;
-    std::uintmax_t bytes = 0;
-    for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
-      std::error_code none;
-      if (const auto size = at->is_regular_file(none) ? at->file_size(none) : 0; !none) bytes += size;
-    }
-    drives.push_back({{"name", folder.filename().string()},
-                      {"begin", value_at(summary, {"drive", "begin"})},
-                      {"duration_s", value_at(summary, {"drive", "duration_s"})},
-                      {"path_m", value_at(summary, {"drive", "path_m"})},
-                      {"points", value_at(summary, {"points", "total"})},
-                      {"coloured_share", value_at(summary, {"points", "coloured_share"})},
-                      {"grade", value_at(summary, {"verdict", "grade"})},
-                      {"bytes", bytes},
-                      {"running", feed_ && feed_path_.parent_path() == folder}});
-  }
-  return {{"drives", drives}};
-}
-
-Result<std::string> DriveControl::rig_path(const std::string& rig) const {
-  const auto names = yaml_files(places_.rigs);
-  if (std::ranges::find(names, rig) == names.end())
-    return Error{ErrorCode::Invalid, "there is no such rig; GET /api/rigs lists them"};
-  return (places_.rigs / (rig + ".yaml")).string();
-}
-
 bool DriveControl::is_busy() const {
   return step_ != Step::Idle || feed_ || capture_.is_running() || renderer_.is_running() || checker_.is_running();
 }
@@ -378,7 +290,7 @@ bool DriveControl::is_busy() const {
 Status DriveControl::check(const std::string& rig, double seconds) {
   if (is_busy())
     return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
-  const auto path = rig_path(rig);
+  const auto path = places_.rig_path(rig);
   if (!path.ok()) return path.error();
   auto checker = Child::start(
       {places_.hueline, "check", *path, "--json", "--disk", places_.drives, "--seconds",
@@ -438,7 +350,7 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
   rig_ = rig;
   since_ = utc("%Y-%m-%dT%H:%M:%SZ");
   if (!scenario.empty()) {
-    const auto names = yaml_files(places_.scenarios);
+    const auto names = places_.scenario_names();
     if (std::ranges::find(names, scenario) == names.end())
       return Error{ErrorCode::Invalid, "there is no such scenario: the console was started without it"};
     std::vector<std::string> words{
@@ -451,7 +363,7 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
     renderer_ = *renderer;
     step_ = Step::Rendering;
   } else {
-    const auto path = rig_path(rig);
+    const auto path = places_.rig_path(rig);
     if (!path.ok()) return path.error();
     if (Status run = run_capture(*path); !run.ok()) return run.error();
   }
@@ -474,7 +386,7 @@ Result<std::string> DriveControl::replay(const std::string& drive, double speed,
 
 /// Starts the replay of drive_.
 Status DriveControl::run_replay(const Replay& wanted) {
-  const auto recording = file_of(drive_, "drive.mcap");
+  const auto recording = places_.file_of(drive_, "drive.mcap");
   if (!recording.ok()) return recording.error();
   std::error_code ignored;
   fs::remove_all(places_.drives / ".replay", ignored);  // the last replay: it can be made again
@@ -586,16 +498,6 @@ Status DriveControl::mark(const std::string& note, std::function<void(const std:
   if (commands_.size() >= kMostOpen) return Error{ErrorCode::Unavailable, "the drive does not answer: try again"};
   send_command({{"command", "mark"}, {"note", note}}, std::move(done));
   return {};
-}
-
-Result<fs::path> DriveControl::file_of(const std::string& drive, const std::string& file) const {
-  if (!is_plain_name(drive)) return Error{ErrorCode::Invalid, "this is no name of a drive"};
-  const fs::path path = places_.drives / drive / file;
-  std::error_code ignored;
-  // A link could lead anywhere.
-  if (fs::symlink_status(path, ignored).type() != fs::file_type::regular)
-    return Error{ErrorCode::Unavailable, fmt::format("the drive has no {} (yet)", file)};
-  return path;
 }
 
 }  // namespace hueline::console

@@ -14,19 +14,11 @@
 
 #include "console/server/alarms.hpp"
 #include "console/server/feed_link.hpp"
+#include "console/server/places.hpp"
 #include "core/child.hpp"
 #include "core/result.hpp"
 
 namespace hueline::console {
-
-/// Where the console finds programs and files.
-struct Places {
-  std::filesystem::path drives;     ///< a folder for each drive
-  std::filesystem::path hueline;    ///< the program
-  std::filesystem::path rigs;       ///< rig files (YAML) of the vehicle; may be empty
-  std::filesystem::path scenarios;  ///< scenarios that may be driven without devices; empty: none
-  double check_hours = 4;           ///< how long the drive will be, for the check of the disk
-};
 
 /// The drive, as the console controls it: it starts and stops programs, and finds a drive that runs already, which it
 /// knows by the feed's socket in its folder. A drive does not depend on the console: killed and started again, the
@@ -50,8 +42,7 @@ class DriveControl {
 
   nlohmann::ordered_json state_json() const;
   nlohmann::ordered_json check_json() const;
-  nlohmann::ordered_json rigs_json() const;
-  nlohmann::ordered_json drives_json() const;
+  const Places& places() const { return places_; }
   /// Returns the socket of the running drive's feed; empty while there is none.
   std::filesystem::path feed() const { return feed_ ? feed_path_ : std::filesystem::path(); }
 
@@ -74,8 +65,6 @@ class DriveControl {
   Status stop(std::function<void(const std::string& error)> done);
   /// `done` gets the answer of the running drive: empty if the mark is in the journal.
   Status mark(const std::string& note, std::function<void(const std::string& error)> done);
-  /// Returns the path of a file in the folder of a drive. Errors: Invalid; Unavailable if it is not there.
-  Result<std::filesystem::path> file_of(const std::string& drive, const std::string& file) const;
 
  private:
   enum class Step { Idle, Rendering, Starting, Running, Stopping };
@@ -97,7 +86,6 @@ class DriveControl {
   void send_command(nlohmann::ordered_json command, std::function<void(const std::string& error)> done);
   void changed();
   std::filesystem::path work(const std::string& file) const;
-  Result<std::string> rig_path(const std::string& rig) const;
   bool is_busy() const;
   const char* state_word() const;
 

@@ -15,6 +15,8 @@
 #include <string_view>
 #include <utility>
 
+#include "console/server/json_fields.hpp"
+
 namespace hueline::console {
 namespace {
 
@@ -92,9 +94,7 @@ Result<Users> Users::load(const std::filesystem::path& file) {
   const ordered_json json = ordered_json::parse(text, nullptr, false);
   if (!json.is_object() || !json.contains("users") || !json["users"].is_array()) return wrong("it lists no users");
   for (const auto& one : json["users"]) {
-    const auto field = [&](const char* key) {
-      return one.is_object() && one.contains(key) && one[key].is_string() ? one[key].get<std::string>() : "";
-    };
+    const auto field = [&](const char* key) { return text_in(one, key); };
     const auto role = role_of(field("role"));
     if (!is_plain_name(field("name")) || !role || field("password").empty())
       return wrong("a user needs name, role (operator or viewer) and password");
