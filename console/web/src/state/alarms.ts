@@ -37,7 +37,7 @@ export const alarms = computed<Alarm[]>(() => {
       since_s: null,
     });
   if (consoleState.value?.ended)
-    list.push({ id: "console ended", sensor: "console", level: "alarm", trouble: "capture_ended", cause: "", action: "", since_s: null });
+    list.push({ id: "console ended", sensor: "drive", level: "alarm", trouble: "capture_ended", cause: "", action: "", since_s: null });
   const now = status.value;
   if (now) {
     for (const one of now.troubles ?? []) list.push(alarmOf("drive", one));

@@ -20,7 +20,7 @@ export const catalogue = {
   "bar.sound.on": ["Sound is on", "声音已开启"],
   "bar.sound.off": ["Sound is off", "声音已关闭"],
   "bar.sound.try": ["Hear the alarm of the vehicle's computer", "试听车载计算机的报警声"],
-  "bar.sound.none": ["No alarm can be heard from the vehicle's computer", "车载计算机无法发出报警声"],
+  "bar.sound.none": ["The vehicle's computer", "车载计算机无法发出报警声"],
   "bar.sound.touch": ["Touch the page once to allow the alarm sound", "请点击页面一次以启用报警声"],
   "bar.language": ["中文", "English"],
   "bar.logout": ["Log out", "退出登录"],
