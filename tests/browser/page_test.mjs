@@ -366,6 +366,7 @@ test("a replay has a time line: it is paused without an alarm, goes on elsewhere
 
   await line.getByRole("button", { name: "Go on" }).click();
   await line.getByLabel("Speed").selectOption("10");
+  for (let i = 0; i < 100 && posts("replay/pace").length < 3; ++i) await page.waitForTimeout(50);
   assert.deepEqual(posts("replay/pace").slice(1).map((one) => one.body), [{ paused: false }, { speed: 10 }]);
   await page.waitForFunction(() => /^10:5|^11:/.test(document.querySelector(".time-line .value").textContent), undefined, { timeout: 10000 });
   // What stops is still told.
