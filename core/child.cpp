@@ -30,6 +30,8 @@ Result<Child> Child::start(const std::vector<std::string>& words, const std::fil
     posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
   else
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, printed.c_str(), kWrite, 0644);
+  // A program that kept this one's sockets would keep its port, and its clients' connections, open when this one ends.
+  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   // Who starts it may block and ignore signals that the program must get.

@@ -20,7 +20,8 @@ class Child {
 
   Child() = default;
   /// Starts `words` (the first is the program's path) without a shell. Its input is empty; what it prints goes into the
-  /// file `said`, or in two files if `printed` is given: standard output there. Error: Io.
+  /// file `said`, or in two files if `printed` is given: standard output there. It gets no other file or socket of this
+  /// program. Error: Io.
   static Result<Child> start(const std::vector<std::string>& words, const std::filesystem::path& said,
                              const std::filesystem::path& printed = {}, Session session = Session::Own);
   bool is_running() const { return pid_ > 0; }

@@ -1,5 +1,7 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <thread>
@@ -109,6 +111,21 @@ TEST(Child, RunsInASessionOfItsOwnWithoutAShell) {
   EXPECT_NE(said.find(std::to_string(pid)), std::string::npos) << said;
   EXPECT_NE(said.find("$(touch x); `id`"), std::string::npos) << "the word came as it is: " << said;
   EXPECT_FALSE(Child::start({"/nowhere/hueline"}, folder / "said").ok());
+}
+
+TEST(Child, GetsNoneOfTheFilesOfItsParent) {
+  const TemporaryFolder folder;
+  const int open_here = ::fcntl(STDERR_FILENO, F_DUPFD, 50);
+  ASSERT_GE(open_here, 50);
+  auto child = Child::start({"/bin/sh", "-c", "ls /proc/$$/fd; echo end"}, folder / "said");
+  ::close(open_here);
+  ASSERT_TRUE(child.ok());
+  std::optional<int> end;
+  for (int i = 0; i < 500 && !(end = child->take_end()); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(end, 0);
+  const std::string said = test::contents(folder / "said");
+  EXPECT_NE(said.find("end"), std::string::npos) << said;
+  EXPECT_EQ(said.find(std::to_string(open_here)), std::string::npos) << said;
 }
 
 }  // namespace

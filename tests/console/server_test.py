@@ -37,9 +37,9 @@ environment = dict(os.environ, XDG_CONFIG_HOME=work + "/config")
 
 
 class Console:
-    def __init__(self, *words):
+    def __init__(self, *words, port=0):
         self.process = subprocess.Popen(
-            [console, "serve", "--drives", work + "/drives", "--rigs", work + "/rigs", "--page", page, "--users", users, "--port", "0",
+            [console, "serve", "--drives", work + "/drives", "--rigs", work + "/rigs", "--page", page, "--users", users, "--port", str(port),
              "--hueline", hueline, "--allow-simulate", work + "/scenarios", "--sound", f"file:'| cat >> {played}',raw", *words],
             stderr=subprocess.PIPE, env=environment, text=True)
         self.said = ""
@@ -344,7 +344,7 @@ try:
     stuck.until(lambda: "/hueline/status" in stuck.topics)
     server.process.kill()
     server.process.wait()
-    server = Console("--plain")
+    server = Console("--plain", port=server.port)  # which the drive has not kept
     running.append(server)
     assert server.log_in("anna", "correct horse")[0] == 200
     assert server.until("driving", 5)["drive"] == "first"
@@ -470,7 +470,7 @@ try:
     # The console is killed; the next one finds the replay with its time line.
     server.process.kill()
     server.process.wait()
-    server = Console("--plain")
+    server = Console("--plain", port=server.port)
     running.append(server)
     assert server.log_in("anna", "correct horse")[0] == 200
     state = server.until("paused", 5)
