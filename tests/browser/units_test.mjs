@@ -201,7 +201,7 @@ test("the map tells driven, pale, hole and weak apart, and sums their lengths", 
 });
 
 const { Frames, rigid, compose, inverse } = await load("images/frames.ts");
-const { overlay, project } = await load("images/project.ts");
+const { drawSeen, overlay, project } = await load("images/project.ts");
 const half = Math.SQRT1_2;
 const pinhole = { frame: "lens/front", width: 1000, height: 800, isFisheye: false, D: [], fx: 500, fy: 500, cx: 500, cy: 400 };
 
@@ -216,12 +216,13 @@ test("laser points are drawn where the lens saw them", () => {
   frames.pose(1_100_000_000n, east, { x: 101, y: 50, z: 0 });
   const T = inverse(compose(frames.bodyAt(1_050_000_000n), frames.onBody("lens/front")));
   // 10 m ahead of the lens, 1 m to the right (south), 0.5 m above it.
-  const [seen] = overlay(new Float32Array([100.5 + 0.1 + 10, 49, 2.5]), [{ model: pinhole, T_lens_enu: T }]);
+  const seen = overlay(new Float32Array([100.5 + 0.1 + 10, 49, 2.5]), [{ model: pinhole, T_lens_enu: T }], 100);
+  assert.equal(seen.length, 3);
   assert.ok(Math.abs(seen[0] - 550) < 1e-3 && Math.abs(seen[1] - 375) < 1e-3, String(seen));
   assert.ok(Math.abs(seen[2] - Math.hypot(10, 1, 0.5)) < 1e-4);
-  assert.equal(overlay(new Float32Array([90, 50, 2]), [{ model: pinhole, T_lens_enu: T }]).length, 0, "what is behind is not seen");
-  const hidden = overlay(new Float32Array([110.6, 50, 2, 130.6, 50, 2]), [{ model: pinhole, T_lens_enu: T }]);
-  assert.equal(hidden.length, 1, "what is behind something is not drawn");
+  assert.equal(overlay(new Float32Array([90, 50, 2]), [{ model: pinhole, T_lens_enu: T }], 100).length, 0, "what is behind is not seen");
+  const hidden = overlay(new Float32Array([110.6, 50, 2, 130.6, 50, 2]), [{ model: pinhole, T_lens_enu: T }], 100);
+  assert.equal(hidden.length, 3, "what is behind something is not drawn");
   assert.equal(frames.bodyAt(2_000_000_000n), undefined);
   assert.equal(frames.bodyAt(900_000_000n), undefined);
   assert.equal(frames.onBody("lens/other"), undefined);
@@ -249,9 +250,34 @@ test("distortion follows OpenCV's formulas and does not fold points back", () =>
 test("a pixel of an image that lenses share belongs to one lens", () => {
   const T = rigid({ x: 0, y: 0, z: 0, w: 1 }, { x: 0, y: 0, z: 0 });
   const left = { ...pinhole, cx: 250 }, right = { ...pinhole, cx: 750 };
-  const seen = overlay(new Float32Array([2, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }]);
-  assert.deepEqual(seen.map(([u]) => u), [450, 950]);
-  assert.equal(overlay(new Float32Array([3, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }]).length, 0);
+  const seen = overlay(new Float32Array([2, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }], 100);
+  assert.deepEqual([seen[0], seen[3], seen.length], [450, 950, 6]);
+  assert.equal(overlay(new Float32Array([3, 0, 5]), [{ model: left, T_lens_enu: T }, { model: right, T_lens_enu: T }], 100).length, 0);
+});
+
+test("of too many points an image shows as many as it may, all over it", () => {
+  const T = rigid({ x: 0, y: 0, z: 0, w: 1 }, { x: 0, y: 0, z: 0 });
+  const places = new Float32Array(3 * 5000);
+  for (let i = 0; i < 5000; ++i) places.set([i / 500 - 5, (i % 71) / 15 - 2.3, 6], 3 * i);
+  const all = overlay(places, [{ model: pinhole, T_lens_enu: T }], 1e6);
+  for (const most of [1, 7, 1000, 4000]) {
+    const seen = overlay(places, [{ model: pinhole, T_lens_enu: T }], most);
+    assert.equal(seen.length, 3 * most);
+    if (most < 1000) continue;
+    const columns = (points) => new Set([...points].filter((_, i) => i % 3 === 0).map((u) => Math.floor(u / 50)));
+    assert.deepEqual(columns(seen), columns(all));
+  }
+});
+
+test("points are drawn as squares, red near and blue far, and nothing is drawn beside the image", () => {
+  const pixels = new Uint32Array(20 * 10);
+  drawSeen(new Float32Array([4, 4, 1.5, 15, 8, 70, 0, 0, 5, 20, 10, 5, -3, 4, 5]), pixels, 20, 10);
+  const at = (u, v) => [...new Uint8Array(pixels.buffer, 4 * (20 * v + u), 4)];
+  const near = at(4, 4), far = at(15, 8);
+  assert.ok(near[0] > 240 && near[2] < 40 && near[3] === 255, String(near));
+  assert.ok(far[2] > 240 && far[0] < 40 && far[3] === 255, String(far));
+  assert.deepEqual(at(10, 5), [0, 0, 0, 0]);
+  assert.equal(pixels.filter((one) => one !== 0).length, 4 + 4 + 1 + 1, "squares of two pixels, cut at the edges");
 });
 
 const { catalogue } = await load("words/catalogue.ts");

@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { compose, Frames, inverse, rigid } from "../images/frames";
-import { overlay, type LensModel, type Seen } from "../images/project";
+import { drawSeen, overlay, type LensModel, type Seen } from "../images/project";
 import { readPoints, type PointCloudMessage } from "../link/point_message";
 import { feed, now } from "../state/live";
 import { formatAge, t } from "../words/words";
@@ -37,7 +37,7 @@ interface Transforms {
 interface Shown {
   url: string;
   at: number; // performance.now()
-  points: { width: number; height: number; seen: Seen[] } | null; // laser points over it, if their places are known
+  points: { width: number; height: number; seen: Seen } | null; // laser points over it, if their places are known
 }
 
 const images = signal<ReadonlyMap<string, Shown>>(new Map());
@@ -45,7 +45,10 @@ const withPoints = signal(true);
 const frames = new Frames();
 const lenses = new Map<string, { model: LensModel; ns: bigint }>(); // by frame
 const kCalibrationsAfterMs = 150; // the calibrations of an image come after it
-const kRecent = 150_000; // points; those of the last seconds
+const kRecent = 60_000; // points; those of the last seconds
+const kMostSeen = 20_000; // of them in one image
+const kOverlayShare = 0.3; // of the time, at most: a slow computer draws fewer images' points, and the page still answers
+let overlayFrom = 0; // performance.now()
 const recent = new Float32Array(3 * kRecent);
 let recentCount = 0, recentAt = 0;
 
@@ -79,7 +82,7 @@ function pointsOver(image: CompressedImage): Shown["points"] {
   });
   if (placed.length === 0) return null;
   const { width, height } = placed[0]!.model;
-  return { width, height, seen: overlay(recent.subarray(0, 3 * recentCount), placed) };
+  return { width, height, seen: overlay(recent.subarray(0, 3 * recentCount), placed, kMostSeen) };
 }
 
 function show(message: CompressedImage, topic: string): void {
@@ -90,7 +93,10 @@ function show(message: CompressedImage, topic: string): void {
   images.value = new Map(images.value).set(name, shown);
   if (old) setTimeout(() => URL.revokeObjectURL(old.url), 1000); // the browser may still draw it
   setTimeout(() => {
-    const points = withPoints.value ? pointsOver(message) : null;
+    const began = performance.now();
+    if (!withPoints.value || began < overlayFrom) return;
+    const points = pointsOver(message);
+    overlayFrom = performance.now() + (performance.now() - began) / kOverlayShare;
     if (points && images.value.get(name) === shown) images.value = new Map(images.value).set(name, { ...shown, points });
   }, kCalibrationsAfterMs);
 }
@@ -117,12 +123,9 @@ function Overlay({ points }: { points: NonNullable<Shown["points"]> }) {
   useEffect(() => {
     const context = canvas.current?.getContext("2d");
     if (!context) return;
-    context.clearRect(0, 0, points.width, points.height);
-    const side = Math.max(2, points.width / 500);
-    for (const [u, v, distance] of points.seen) {
-      context.fillStyle = `hsl(${Math.min(240, 80 * Math.log2(Math.max(distance, 2) / 2))} 100% 55%)`; // red 2 m, blue from 16 m on
-      context.fillRect(u - side / 2, v - side / 2, side, side);
-    }
+    const picture = context.createImageData(points.width, points.height);
+    drawSeen(points.seen, new Uint32Array(picture.data.buffer), points.width, points.height);
+    context.putImageData(picture, 0, 0);
   }, [points]);
   return <canvas ref={canvas} width={points.width} height={points.height} aria-hidden="true" />;
 }
@@ -148,7 +151,7 @@ export function ImagesView() {
             </button>
             <figcaption>
               <b>{name}</b> <span class={now.value - one.at > 3000 ? "late" : ""}>{formatAge((now.value - one.at) / 1000)}</span>
-              {withPoints.value && one.points && <small> {t("images.shown", { count: one.points.seen.length })}</small>}
+              {withPoints.value && one.points && <small> {t("images.shown", { count: one.points.seen.length / 3 })}</small>}
             </figcaption>
           </figure>
         ))}
