@@ -22,6 +22,7 @@
 #include "console/server/api.hpp"
 #include "console/server/certificate.hpp"
 #include "console/server/drive_control.hpp"
+#include "console/server/map_tiles.hpp"
 #include "console/server/server.hpp"
 #include "console/server/users.hpp"
 #include "core/printable.hpp"
@@ -35,7 +36,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ConsoleOptions {
-  std::string drives, page, rigs, scenarios, hueline, users, address = "127.0.0.1", certificate, key, sound = "default";
+  std::string drives, page, rigs, scenarios, hueline, users, tiles, address = "127.0.0.1", certificate, key,
+                                                                    sound = "default";
   int port = 8765;
   double hours = 4;
   bool is_plain = false;
@@ -83,6 +85,16 @@ int serve(const ConsoleOptions& options) {
     log_warning("nobody can log in: make a user with `hueline-console user add NAME --role operator{}`",
                 options.users.empty() ? "" : " --users " + options.users);
 
+  std::optional<console::MapTiles> tiles;
+  if (!options.tiles.empty()) {
+    auto found = console::MapTiles::open(options.tiles);
+    if (!found.ok()) {
+      log_error("--tiles: {}", found.error().message);
+      return kWrongUse;
+    }
+    tiles.emplace(std::move(*found));
+  }
+
   std::optional<boost::asio::ssl::context> tls;
   if (!options.is_plain) {
     const fs::path certificate =
@@ -113,7 +125,7 @@ int serve(const ConsoleOptions& options) {
   console::DriveControl drive(io, places);
   const fs::path page =
       options.page.empty() ? own_folder().parent_path() / "share" / "hueline" / "console" : fs::path(options.page);
-  console::Api api(drive, page, users_file(options));
+  console::Api api(drive, page, users_file(options), std::move(tiles));
   std::optional<console::AlarmSound> sound;
   if (options.sound != "none") {
     sound.emplace(options.sound, [&](const std::string& trouble) {
@@ -208,6 +220,8 @@ void add_commands(Command& all) {
   serve_command.option("--rigs", options->rigs, "folder of the rigs (YAML) that can be driven");
   serve_command.setting("--address", options->address, "address to listen at; 0.0.0.0: all of this computer");
   serve_command.setting("--port", options->port, "port; 0: any that is free", {0, 65535});
+  serve_command.option("--tiles", options->tiles,
+                       "folder of map tiles (Z/X/Y.png) that the map of the drive is drawn on; without it on a grid");
   serve_command.option("--page", options->page, "folder of the page's files, if not the program's own");
   serve_command.option("--users", options->users, "file of the users, if not ~/.config/hueline/console-users.json");
   serve_command.option("--certificate", options->certificate,

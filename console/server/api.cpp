@@ -90,8 +90,8 @@ std::optional<ordered_json> body_of(const Request& request) {
 
 Answer refuse(unsigned status, const std::string& text) { return json_answer({{"error", text}}, status); }
 
-Api::Api(DriveControl& drive, fs::path page, fs::path users)
-    : drive_(drive), page_(std::move(page)), users_file_(std::move(users)) {}
+Api::Api(DriveControl& drive, fs::path page, fs::path users, std::optional<MapTiles> tiles)
+    : drive_(drive), page_(std::move(page)), users_file_(std::move(users)), tiles_(std::move(tiles)) {}
 
 const Users& Api::users() {
   std::error_code failed;
@@ -168,6 +168,9 @@ Answer Api::get(const Request& request, const Session& session) {
   }
   if (request.path == "/api/check") return json_answer(drive_.check_json());
   if (request.path == "/api/drives") return json_answer(drive_.places().drives_json(drive_.feed().parent_path()));
+  if (request.path == "/api/tiles") return json_answer({{"tiles", tiles_ ? tiles_->json() : ordered_json()}});
+  constexpr std::string_view kTiles = "/api/tiles/";
+  if (request.path.starts_with(kTiles)) return tile(std::string_view(request.path).substr(kTiles.size()));
   constexpr std::string_view kDrives = "/api/drives/";
   if (!request.path.starts_with(kDrives)) return refuse(404, "there is no such call");
   const std::string rest = request.path.substr(kDrives.size());
@@ -185,6 +188,15 @@ Answer Api::get(const Request& request, const Session& session) {
   if (file == "report.html" && out.status == 200)
     out.headers["Content-Security-Policy"] =
         "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; sandbox";
+  return out;
+}
+
+Answer Api::tile(std::string_view place) const {
+  if (!tiles_) return refuse(404, "the console has been started without map tiles: --tiles FOLDER");
+  const auto file = tiles_->tile(place);
+  if (!file.ok()) return refuse(file.error().code == ErrorCode::Invalid ? 400 : 404, file.error().message);
+  Answer out = file_answer(file->path, file->type);
+  if (out.status == 200) out.headers["Cache-Control"] = "private, max-age=86400";
   return out;
 }
 

@@ -3,9 +3,12 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "console/server/drive_control.hpp"
+#include "console/server/map_tiles.hpp"
 #include "console/server/sessions.hpp"
 #include "console/server/users.hpp"
 
@@ -41,8 +44,9 @@ struct Client {
 class Api {
  public:
   using Answered = std::function<void(Answer)>;
-  /// `page` is the folder of the page's files, `users` the file of the users.
-  Api(DriveControl& drive, std::filesystem::path page, std::filesystem::path users);
+  /// `page` is the folder of the page's files, `users` the file of the users, `tiles` what the map is drawn on, if
+  /// there is anything.
+  Api(DriveControl& drive, std::filesystem::path page, std::filesystem::path users, std::optional<MapTiles> tiles);
 
   /// Answers through `answered`, at once or later.
   void answer(const Request& request, const Answered& answered);
@@ -55,6 +59,7 @@ class Api {
 
  private:
   Answer page_file(const Request& request) const;
+  Answer tile(std::string_view place) const;
   Answer log_in(const Request& request);
   Answer get(const Request& request, const Session& session);
   void post(const Request& request, const Session& session, const Answered& answered);
@@ -64,6 +69,7 @@ class Api {
 
   DriveControl& drive_;
   const std::filesystem::path page_, users_file_;
+  const std::optional<MapTiles> tiles_;
   Users users_;
   std::filesystem::file_time_type users_read_{};
   Sessions sessions_;

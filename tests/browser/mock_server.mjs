@@ -4,11 +4,12 @@
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
+import zlib from "node:zlib";
 import { pathToFileURL } from "node:url";
 import protocol from "@foxglove/ws-protocol";
 import { WebSocketServer } from "ws";
 import { loadSchemas } from "./mock_schemas.mjs";
-import { kFields, kStride, pointsAt, vehicleAt } from "./mock_street.mjs";
+import { groundAt, kFields, kStride, pointsAt, vehicleAt } from "./mock_street.mjs";
 
 const kPolicy =
   "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; font-src 'self'; connect-src 'self'; " +
@@ -18,7 +19,10 @@ const kReport =
   "<!doctype html><html lang=en><title>Report</title><style>body{font-family:sans-serif}</style><h1>Drive report</h1><p>good</p></html>";
 export const kUsers = { anna: { password: "a long word", role: "operator" }, victor: { password: "another word", role: "viewer" } };
 const kOrigin = { latitude_deg: 48.1, longitude_deg: 11.5, height_m: 520 };
-const kMetres = 111320;
+// Metres a degree there: the usual series for the ellipsoid, and what its height adds.
+const kLat = (kOrigin.latitude_deg * Math.PI) / 180, kUp = 1 + kOrigin.height_m / 6378137;
+const kNorth = (111132.92 - 559.82 * Math.cos(2 * kLat) + 1.175 * Math.cos(4 * kLat)) * kUp;
+const kEast = (111412.84 * Math.cos(kLat) - 93.5 * Math.cos(3 * kLat) + 0.118 * Math.cos(5 * kLat)) * kUp;
 
 export const kSensors = [
   { name: "laser", role: "scanner", driver: "velodyne", rate_hz: 754.2 },
@@ -27,6 +31,28 @@ export const kSensors = [
   { name: "pps", role: "pps", driver: "pps", rate_hz: 1.0 },
   { name: "wheel", role: "wheel", driver: "wheel", rate_hz: 100.0 },
 ];
+
+/// The check sum of a PNG's chunk.
+function crc32(bytes) {
+  let crc = -1;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; ++bit) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc >>> 0;
+}
+
+/// A square picture of rows that each begin with a filter's byte, as a PNG.
+function png(px, rows) {
+  const chunk = (type, data) => {
+    const length = Buffer.alloc(4), sum = Buffer.alloc(4), named = Buffer.concat([Buffer.from(type, "latin1"), data]);
+    length.writeUInt32BE(data.length), sum.writeUInt32BE(crc32(named));
+    return Buffer.concat([length, named, sum]);
+  };
+  const size = Buffer.alloc(13);
+  size.writeUInt32BE(px), size.writeUInt32BE(px, 4), size.set([8, 2], 8);
+  return Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", size), chunk("IDAT", zlib.deflateSync(rows)), chunk("IEND", Buffer.alloc(0))]);
+}
 
 export class Mock {
   state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none", ended: false, acknowledged: [], sound_trouble: "" };
@@ -52,6 +78,7 @@ export class Mock {
   colouredShare = 0.97;
   fix = "RtkFixed";
   /// The drive runs this many times faster than the clock.
+  tiles = null; // or { least_zoom, most_zoom, attribution }
   speed = 1;
   marks = [];
   drive_s = 0;
@@ -241,8 +268,8 @@ export class Mock {
   #place() {
     const { east, north } = vehicleAt(this.drive_s);
     return {
-      latitude_deg: kOrigin.latitude_deg + north / kMetres,
-      longitude_deg: kOrigin.longitude_deg + east / kMetres / Math.cos((kOrigin.latitude_deg * Math.PI) / 180),
+      latitude_deg: kOrigin.latitude_deg + north / kNorth,
+      longitude_deg: kOrigin.longitude_deg + east / kEast,
     };
   }
   #level(list) {
@@ -338,7 +365,10 @@ export class Mock {
       case "GET session": return say(200, this.#session.who);
       case "POST logout": this.#session.who = null; return say(200, {});
       case "GET state": return say(200, this.state);
+    const tile = /^GET tiles\/(\d+)\/(\d+)\/(\d+)$/.exec(call);
+    if (tile && this.tiles) return response.writeHead(200, { "Content-Type": "image/png" }).end(this.#tile(...tile.slice(1).map(Number)));
       case "GET rigs": return say(200, { rigs: [{ name: "street", from: "shipped" }, { name: "minimal", from: "shipped" }] });
+      case "GET tiles": return say(200, { tiles: this.tiles });
       case "GET check": return say(200, this.check);
       case "POST check":
         this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
@@ -386,6 +416,19 @@ export class Mock {
     if (!drive) return deny(404, `There is no drive ${name}.`);
     if (file === "report.html") {
       response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");
+  /// A tile of the map: houses, and the street that the vehicle drives along.
+  #tile(zoom, x, y) {
+    const px = 256, rows = Buffer.alloc(px * (1 + 3 * px));
+    for (let row = 0; row < px; ++row) {
+      const latitude_deg = (Math.atan(Math.sinh(Math.PI * (1 - (2 * (y + (row + 0.5) / px)) / 2 ** zoom))) * 180) / Math.PI;
+      for (let column = 0; column < px; ++column) {
+        const longitude_deg = ((x + (column + 0.5) / px) / 2 ** zoom) * 360 - 180;
+        const colour = groundAt((longitude_deg - kOrigin.longitude_deg) * kEast, (latitude_deg - kOrigin.latitude_deg) * kNorth);
+        rows.set(colour, row * (1 + 3 * px) + 1 + 3 * column);
+      }
+    }
+    return png(px, rows);
+  }
       return response.writeHead(200, { "Content-Type": kTypes[".html"] }).end(kReport);
     }
     if (file === "report.pdf") return response.writeHead(200, { "Content-Type": "application/pdf" }).end("%PDF-1.4\n");

@@ -14,6 +14,14 @@ export function vehicleAt(t) {
   return { east: east + Math.sin(heading) * along, north: north + Math.cos(heading) * along, heading, speed: kSpeed };
 }
 
+/// The colour of a map there: the street, houses beside it, and grass.
+export function groundAt(east, north) {
+  const d = Math.max(Math.abs(east - kSide / 2), Math.abs(north - kSide / 2)) - kSide / 2; // from the middle of the road, outward
+  if (Math.abs(d) < 6) return [190, 60, 190];
+  if (Math.abs(d) < 22 && (((east + north) % 24) + 24) % 24 < 16) return [205, 190, 175];
+  return [200, 222, 190];
+}
+
 let seed = 7;
 const random = () => (seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0) / 4294967296;
 

@@ -335,6 +335,40 @@ test("other drives have their verdicts, and one can be replayed", async () => {
 });
 
 test("a replay has a time line: it is paused without an alarm, goes on elsewhere, and gets another speed", async () => {
+test("the map is drawn on the console's tiles, which lie where the vehicle drives", async () => {
+  mock.tiles = { least_zoom: 12, most_zoom: 18, attribution: 'Map by <a href="https://example.org/">the surveyors</a>' };
+  mock.speed = 40;
+  mock.begin();
+  await open("map");
+  await see("Map by the surveyors");
+  await page.waitForFunction(() => /^[1-9],\d{3} m driven/.test(document.querySelector(".legend > p:last-child").textContent));
+  // Along a line across the middle of the block: the two streets of the tiles, and the driven paths in their middles.
+  const look = () =>
+    page.evaluate(() => {
+      const canvas = document.querySelector(".map-view canvas"), { width, height } = canvas;
+      const { data } = canvas.getContext("2d").getImageData(0, Math.round(height * 0.56), width, 1);
+      const of = (wanted) => [...Array(width).keys()].filter((x) => wanted(...data.subarray(4 * x, 4 * x + 3)));
+      return { street: of((r, g, b) => r - g > 60 && b - g > 60), path: of((r, g, b) => g - r > 60 && g - b > 30), width };
+    });
+  const until = async (is) => {
+    for (let i = 0; ; ++i) {
+      const seen = await look();
+      if (is(seen)) return seen;
+      assert.ok(i < 100, JSON.stringify(seen));
+      await new Promise((done) => setTimeout(done, 300));
+    }
+  };
+  const seen = await until(({ street, path }) => street.length > 10 && path.length > 4);
+  const middles = ({ street, path, width }, side) => [street, path].map((all) => all.filter((x) => x < width / 2 === side)).map((all) => (all[0] + all.at(-1)) / 2);
+  for (const side of [true, false]) {
+    const [street, path] = middles(seen, side);
+    assert.ok(Math.abs(street - path) < 2, `the street's middle is at ${street}, the path at ${path}`);
+  }
+  await page.getByRole("button", { name: "Background" }).click();
+  await until(({ street, path }) => street.length === 0 && path.length > 4); // on a grid
+  assert.equal(await page.locator(".attribution").count(), 0);
+});
+
   await open("drives");
   mock.beginReplay("2026-11-18_1100"); // 640 s
   for (const view of ["drive", "cloud", "map"]) {

@@ -200,6 +200,50 @@ test("the map tells driven, pale, hole and weak apart, and sums their lengths", 
   for (const [most, step] of [[9, 5], [10, 10], [0.3, 0.2], [4999, 2000]]) assert.ok(Math.abs(roundStep(most) / step - 1) < 1e-9);
 });
 
+const { LocalPlane, toWebMercator, fromWebMercator } = await load("map/earth.ts");
+const { tilesOf } = await load("map/tiles.ts");
+test("places in degrees and in metres of a drive are those of PROJ", () => {
+  // cct -d 6 +proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84
+  //   +step +proj=topocentric +ellps=WGS84 +lon_0=11.5 +lat_0=48.1 +h_0=520
+  for (const [origin, place, east, north] of [
+    [[48.1, 11.5], [48.2, 11.6], 7434.247243, 11125.05469],
+    [[48.1, 11.5], [48.09, 11.49], -745.01527, -1111.964063],
+    [[-33.5, -70.3], [-33.4, -70.2], 9303.677571, 11087.669936],
+  ]) {
+    const plane = new LocalPlane({ latitude_deg: origin[0], longitude_deg: origin[1], height_m: 520 });
+    const there = plane.local({ latitude_deg: place[0], longitude_deg: place[1] });
+    assert.ok(Math.abs(there.east - east) < 1e-4 && Math.abs(there.north - north) < 1e-4, JSON.stringify(there));
+    const back = plane.place(east, north);
+    assert.ok(Math.abs(back.latitude_deg - place[0]) < 1e-9 && Math.abs(back.longitude_deg - place[1]) < 1e-9, JSON.stringify(back));
+  }
+  // The example of EPSG's guidance note 7-2 for EPSG:3857.
+  const world = 2 * Math.PI * 6378137, { x, y } = toWebMercator({ latitude_deg: 24 + 22 / 60 + 54.433 / 3600, longitude_deg: -(100 + 20 / 60) });
+  assert.ok(Math.abs((x - 0.5) * world - -11169055.58) < 0.01 && Math.abs((0.5 - y) * world - 2800000) < 0.01);
+  assert.ok(Math.abs(fromWebMercator(x, y).latitude_deg - (24 + 22 / 60 + 54.433 / 3600)) < 1e-9);
+});
+
+test("the tiles of a sight cover it, at the zoom that fits, and are never too many", () => {
+  const plane = new LocalPlane({ latitude_deg: 48.1, longitude_deg: 11.5, height_m: 520 });
+  const set = { least_zoom: 12, most_zoom: 19, attribution: "" };
+  const at = (scale, of = set) => tilesOf(plane, { east: 100, north: -50, scale }, 1280, 800, 1, of);
+  for (const scale of [0.05, 0.5, 2, 20]) {
+    const tiles = at(scale);
+    assert.ok(tiles.length >= 1 && tiles.length <= 60, `${scale}: ${tiles.length}`);
+    const { zoom } = tiles[0];
+    const pixel_m = (156543.034 * Math.cos((48.1 * Math.PI) / 180)) / 2 ** zoom;
+    assert.ok(zoom === 19 || Math.abs(Math.log2(pixel_m * scale)) <= 0.51, `${scale}: zoom ${zoom}`);
+    for (const [dx, dy] of [[-639, -399], [639, -399], [639, 399], [-639, 399], [0, 0]]) {
+      const { x, y } = toWebMercator(plane.place(100 + dx / scale, -50 + dy / scale));
+      assert.ok(tiles.some((one) => one.x === Math.floor(x * 2 ** zoom) && one.y === Math.floor(y * 2 ** zoom)), `${scale}: ${dx} ${dy}`);
+    }
+  }
+  assert.deepEqual(at(0.0005), [], "a country of street maps is not loaded");
+  assert.equal(at(20, { ...set, most_zoom: 14 })[0].zoom, 14, "what is coarser than the screen is enlarged");
+  const pacific = new LocalPlane({ latitude_deg: -17, longitude_deg: 179.999, height_m: 0 });
+  const columns = new Set(tilesOf(pacific, { east: 0, north: 0, scale: 1 }, 1280, 800, 1, set).map((one) => one.x));
+  assert.ok(columns.has(0) && columns.has(2 ** 17 - 1), "the world goes on behind the antimeridian");
+});
+
 const { Frames, rigid, compose, inverse } = await load("images/frames.ts");
 const { drawSeen, overlay, project } = await load("images/project.ts");
 const half = Math.SQRT1_2;

@@ -44,6 +44,7 @@ export interface Ink {
   hole: string;
   weak: string;
   vehicle: string;
+  background: number; // how much of a map below the drive is seen, 0 to 1
 }
 
 /// The sight that shows all of it, with a border of `margin` px above and below.
@@ -66,7 +67,7 @@ export function roundStep(most: number): number {
 // Kinds differ by colour and by dashes.
 const dashes: Record<Kind, number[]> = { coloured: [], pale: [8, 4], hole: [2, 6] };
 
-/// Draws the drive. `heading` is that of the vehicle, clockwise from north, rad.
+/// Draws the drive. `heading` is that of the vehicle, clockwise from north, rad. `background` draws what lies below it; without one there is a grid.
 export function drawMap(
   canvas: CanvasRenderingContext2D,
   size: { width: number; height: number; ratio: number },
@@ -75,22 +76,31 @@ export function drawMap(
   marks: readonly (Mark & { east: number; north: number })[],
   heading: number | null,
   ink: Ink,
+  background?: () => void,
 ): void {
   const { width, height } = size;
   const x = (east: number): number => width / 2 + (east - sight.east) * sight.scale;
   const y = (north: number): number => height / 2 - (north - sight.north) * sight.scale;
   canvas.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
+  canvas.setLineDash([]);
   canvas.fillStyle = ink.paper;
   canvas.fillRect(0, 0, width, height);
-
-  const step = roundStep(160 / sight.scale);
-  canvas.strokeStyle = ink.grid;
-  canvas.lineWidth = 1;
-  canvas.setLineDash([]);
-  canvas.beginPath();
-  for (let e = Math.ceil((sight.east - width / 2 / sight.scale) / step) * step; x(e) < width; e += step) canvas.moveTo(x(e), 0), canvas.lineTo(x(e), height);
-  for (let n = Math.ceil((sight.north - height / 2 / sight.scale) / step) * step; y(n) > 0; n += step) canvas.moveTo(0, y(n)), canvas.lineTo(width, y(n));
-  canvas.stroke();
+  if (background) {
+    canvas.save();
+    background();
+    canvas.restore();
+    canvas.globalAlpha = 1 - ink.background;
+    canvas.fillRect(0, 0, width, height);
+    canvas.globalAlpha = 1;
+  } else {
+    const step = roundStep(160 / sight.scale);
+    canvas.strokeStyle = ink.grid;
+    canvas.lineWidth = 1;
+    canvas.beginPath();
+    for (let e = Math.ceil((sight.east - width / 2 / sight.scale) / step) * step; x(e) < width; e += step) canvas.moveTo(x(e), 0), canvas.lineTo(x(e), height);
+    for (let n = Math.ceil((sight.north - height / 2 / sight.scale) / step) * step; y(n) > 0; n += step) canvas.moveTo(0, y(n)), canvas.lineTo(width, y(n));
+    canvas.stroke();
+  }
 
   // Lines of one kind are drawn in one go; the dashes then run on across seconds.
   const line = (choose: (second: DriveSecond) => boolean): void => {
@@ -114,6 +124,12 @@ export function drawMap(
   canvas.lineWidth = 16;
   canvas.setLineDash([3, 3]);
   line(isWeak);
+  if (background) {
+    canvas.strokeStyle = ink.paper;
+    canvas.lineWidth = 12;
+    canvas.setLineDash([]);
+    line(() => true);
+  }
   canvas.lineWidth = 6;
   for (const kind of ["coloured", "pale", "hole"] as const) {
     canvas.strokeStyle = ink[kind];
@@ -126,6 +142,11 @@ export function drawMap(
   canvas.textBaseline = "middle";
   for (const mark of marks) {
     const px = x(mark.east), py = y(mark.north);
+    if (background) {
+      canvas.strokeStyle = ink.paper;
+      canvas.lineWidth = 5;
+      canvas.strokeText(String(mark.number), px + 17, py - 20);
+    }
     canvas.strokeStyle = canvas.fillStyle = ink.text;
     canvas.lineWidth = 2;
     canvas.beginPath();
@@ -161,6 +182,12 @@ export function drawMap(
 
   // At the upper right, which nothing covers: the scale, and north.
   const bar = roundStep(130 / sight.scale), right = width - 16, left = right - bar * sight.scale;
+  if (background) {
+    canvas.globalAlpha = 0.85;
+    canvas.fillStyle = ink.paper;
+    canvas.fillRect(Math.min(left, width - 44) - 8, 8, width, 102);
+    canvas.globalAlpha = 1;
+  }
   canvas.fillStyle = canvas.strokeStyle = ink.text;
   canvas.lineWidth = 3;
   canvas.beginPath();

@@ -25,6 +25,8 @@ function kept<Value extends string>(key: string, allowed: readonly Value[], othe
 
 export const language = kept<Language>("language", ["en", "zh"], navigator.language.startsWith("zh") ? "zh" : "en");
 export const theme = kept<Theme>("theme", ["day", "night"], matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
+/// Whether the map of the drive is drawn on the tiles of the console.
+export const background = kept<"on" | "off">("background", ["on", "off"], "on");
 export const sound = kept<"on" | "off">("sound", ["on", "off"], "on");
 
 effect(() => {
