@@ -57,6 +57,7 @@ function png(px, rows) {
 export class Mock {
   state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none", ended: false, acknowledged: [], sound_trouble: "" };
   check = { state: "none", rig: null, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
+  check_ms = 700; // how long it takes
   /// What a check will answer.
   checklist = [];
   checkLenses = ["front", "left"].map((lens) => ({ camera: "camera", lens, median: 91, dark_share: 0.031, saturated_share: 0.004,
@@ -374,8 +375,9 @@ export class Mock {
         this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
         setTimeout(() => {
           const items = structuredClone(this.checkItems);
+        if (this.check.state === "running" || this.state.state !== "idle") return deny(409, "the console is checking: wait, or stop the drive");
           this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, lenses: this.checkLenses, checklist: this.checklist, error: "" };
-        }, 700);
+        }, this.check_ms);
         return say(202, { state: "checking" });
       case "POST start":
         if (this.state.state !== "idle") return deny(409, "A drive is running already.");

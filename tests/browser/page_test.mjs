@@ -98,6 +98,25 @@ test("start, drive, mark, stop, verdict", async () => {
   assert.match(await page.getByRole("link", { name: "Save the report as PDF" }).getAttribute("href"), /^\/api\/drives\/[^/]+\/report\.pdf$/);
 });
 
+test("another rig may be chosen while one is checked, and a second page follows a check that runs", async () => {
+  mock.check_ms = 1500;
+  await open();
+  await page.waitForSelector(".answer.checking");
+  const rig = page.locator(".start-form select").first();
+  assert.ok(await page.locator(".start-form .main").isDisabled(), "the devices are in use while they are checked");
+  await rig.selectOption("minimal");
+  await page.waitForSelector(".answer.ready");
+  await page.locator(".judgement .at", { hasText: "minimal" }).waitFor();
+  assert.deepEqual(posts("check").map((one) => one.body.rig), ["street", "minimal"]);
+  assert.equal(await page.locator(".start-form .wrong").textContent(), "");
+  // Another page checks the same rig; this one waits for that instead of being refused.
+  await page.evaluate(() => fetch("/api/check", { method: "POST", body: JSON.stringify({ rig: "street" }), headers: { "X-Csrf": "token" } }));
+  await rig.selectOption("street");
+  await page.locator(".judgement .at", { hasText: "street" }).waitFor();
+  await page.waitForSelector(".answer.ready");
+  assert.equal(posts("check").length, 3, "the third is that of the other page");
+});
+
 test("what is missing is named with what to do, and starting anyway needs a reason", async () => {
   mock.checkItems.push({ name: "pps", state: "missing", text: "/dev/pps0 does not exist.", action: "sudo modprobe pps-gpio" });
   await open();

@@ -12,30 +12,39 @@ const rig = signal("");
 const scenario = signal("");
 const check = signal<Check | null>(null);
 const wrong = signal("");
+const isChecking = signal(false);
 /// The points of the rig's checklist that are done.
 const done = signal<ReadonlySet<string>>(new Set());
 
 const kPollMs = 500;
 
-/// Starts the check of the chosen rig and follows it. A newer call ends an older one.
+/// Checks the chosen rig and follows that. The console checks one rig at a time, so a check that another page or an earlier choice has begun
+/// is followed if it is of this rig, else waited for. A newer call ends an older one.
 let run = 0;
 async function runCheck(): Promise<void> {
   const mine = ++run;
   check.value = null;
   done.value = new Set();
   wrong.value = "";
+  isChecking.value = rig.value !== "";
   if (!rig.value) return;
   try {
-    await post("check", { rig: rig.value });
-    for (;;) {
-      await new Promise((wake) => setTimeout(wake, kPollMs));
+    for (let isMine = false; ; await new Promise((wake) => setTimeout(wake, kPollMs))) {
       const now = await get<Check>("check");
       if (mine !== run) return;
-      check.value = now;
-      if (now.state !== "running") return;
+      if (now.rig === rig.value && (isMine || now.state === "running")) {
+        isMine = true;
+        check.value = now;
+        if (now.state !== "running") return;
+      } else if (now.state !== "running") {
+        await post("check", { rig: rig.value });
+        isMine = true;
+      }
     }
   } catch (error) {
     if (mine === run) wrong.value = reason(error);
+  } finally {
+    if (mine === run) isChecking.value = false;
   }
 }
 
@@ -206,8 +215,8 @@ function StartForm() {
       )}
       <p class="wrong" role="alert">{task.wrong || wrong.value}</p>
       <div class="buttons">
-        <button type="button" onClick={() => void runCheck()} disabled={check.value?.state === "running"}>{t("start.check")}</button>
-        <button type="submit" class="main" disabled={task.busy || !rig.value || !isNameRight || (mustSayWhy && override.trim() === "")}>
+        <button type="button" onClick={() => void runCheck()} disabled={isChecking.value}>{t("start.check")}</button>
+        <button type="submit" class="main" disabled={task.busy || isChecking.value || !rig.value || !isNameRight || (mustSayWhy && override.trim() === "")}>
           {task.busy ? t("start.starting") : t(mustSayWhy ? "start.go_anyway" : "start.go")}
         </button>
       </div>
