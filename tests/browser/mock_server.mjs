@@ -78,8 +78,8 @@ export class Mock {
   pointsPerMessage = 4000;
   colouredShare = 0.97;
   fix = "RtkFixed";
-  /// The drive runs this many times faster than the clock.
   tiles = null; // or { least_zoom, most_zoom, attribution }
+  /// The drive runs this many times faster than the clock.
   speed = 1;
   marks = [];
   drive_s = 0;
@@ -158,7 +158,10 @@ export class Mock {
   }
   /// As when the capture is killed.
   kill() {
-    Object.assign(this.state, { state: "idle", feed: "none", ended: true });
+    const { drive } = this.state;
+    this.drives.unshift({ name: drive, begin: this.state.since, duration_s: null, path_m: null, points: null, coloured_share: null, grade: null, bytes: 2e9, running: false });
+    this.#dropChannels();
+    Object.assign(this.state, { state: "idle", drive: null, rig: null, since: null, feed: "none", ended: true, last: { drive, exit_status: 137, text: "" } });
     this.#send("/hueline/console", this.state);
   }
   mark(note) {
@@ -362,20 +365,20 @@ export class Mock {
   #call(call, body, say, deny, response) {
     const summary = /^GET drives\/([A-Za-z0-9._-]+)\/(summary\.json|report\.html)$/.exec(call);
     if (summary) return this.#drive(summary[1], summary[2], say, deny, response);
+    const tile = /^GET tiles\/(\d+)\/(\d+)\/(\d+)$/.exec(call);
+    if (tile && this.tiles) return response.writeHead(200, { "Content-Type": "image/png" }).end(this.#tile(...tile.slice(1).map(Number)));
     switch (call) {
+      case "GET tiles": return say(200, { tiles: this.tiles });
       case "GET session": return say(200, this.#session.who);
       case "POST logout": this.#session.who = null; return say(200, {});
       case "GET state": return say(200, this.state);
-    const tile = /^GET tiles\/(\d+)\/(\d+)\/(\d+)$/.exec(call);
-    if (tile && this.tiles) return response.writeHead(200, { "Content-Type": "image/png" }).end(this.#tile(...tile.slice(1).map(Number)));
       case "GET rigs": return say(200, { rigs: [{ name: "street", from: "shipped" }, { name: "minimal", from: "shipped" }] });
-      case "GET tiles": return say(200, { tiles: this.tiles });
       case "GET check": return say(200, this.check);
       case "POST check":
+        if (this.check.state === "running" || this.state.state !== "idle") return deny(409, "the console is checking: wait, or stop the drive");
         this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
         setTimeout(() => {
           const items = structuredClone(this.checkItems);
-        if (this.check.state === "running" || this.state.state !== "idle") return deny(409, "the console is checking: wait, or stop the drive");
           this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, lenses: this.checkLenses, checklist: this.checklist, error: "" };
         }, this.check_ms);
         return say(202, { state: "checking" });
@@ -413,11 +416,6 @@ export class Mock {
     }
     return deny(404, `There is no ${call}.`);
   }
-  #drive(name, file, say, deny, response) {
-    const drive = this.drives.find((one) => one.name === name);
-    if (!drive) return deny(404, `There is no drive ${name}.`);
-    if (file === "report.html") {
-      response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");
   /// A tile of the map: houses, and the street that the vehicle drives along.
   #tile(zoom, x, y) {
     const px = 256, rows = Buffer.alloc(px * (1 + 3 * px));
@@ -431,6 +429,12 @@ export class Mock {
     }
     return png(px, rows);
   }
+  #drive(name, file, say, deny, response) {
+    const drive = this.drives.find((one) => one.name === name);
+    if (!drive) return deny(404, `There is no drive ${name}.`);
+    if (drive.grade === null) return deny(404, `the drive has no ${file} (yet)`);
+    if (file === "report.html") {
+      response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");
       return response.writeHead(200, { "Content-Type": kTypes[".html"] }).end(kReport);
     }
     if (file === "report.pdf") return response.writeHead(200, { "Content-Type": "application/pdf" }).end("%PDF-1.4\n");

@@ -245,6 +245,9 @@ test("a capture that ends by itself is an alarm, until somebody has seen it", as
   await page.keyboard.press("a");
   await page.waitForFunction(() => document.querySelectorAll(".alarms li").length === 0);
   assert.equal(mock.state.ended, false);
+  await page.goto(`${url}/#stop`);
+  await page.waitForSelector(".verdict-view .answer.unknown");
+  await see("What was recorded until then is whole");
 });
 
 test("an operator hears the alarm of the vehicle's computer, or reads why nobody can", async () => {
@@ -332,28 +335,6 @@ test("images of each camera, the clocks' curves and the map come", async () => {
   await page.waitForFunction(() => /[1-9]\d* m without points, [1-9]\d* m with weak GNSS/.test(document.querySelector(".legend").textContent));
 });
 
-test("a viewer sees everything and can change nothing", async () => {
-  mock.begin();
-  await open("drive", { name: "victor", password: "another word" });
-  await page.waitForSelector(".sensor.ok");
-  assert.equal(await page.locator(".actions").count(), 0);
-  await page.goto(`${url}/#start`);
-  await see("You are logged in as a viewer.");
-  assert.equal(posts("start").length + posts("check").length, 0);
-});
-
-test("other drives have their verdicts, and one can be replayed", async () => {
-  await open("drives");
-  await page.getByText("2026-11-18_1100").click();
-  await page.waitForSelector(".verdict-view .answer.again");
-  await see("without images for 64.0 s");
-  await page.getByLabel("Speed").selectOption("5");
-  await page.getByRole("button", { name: /Replay/ }).click();
-  await page.waitForSelector(".drive-view");
-  assert.deepEqual(posts("replay")[0].body, { drive: "2026-11-18_1100", speed: 5 });
-});
-
-test("a replay has a time line: it is paused without an alarm, goes on elsewhere, and gets another speed", async () => {
 test("the map is drawn on the console's tiles, which lie where the vehicle drives", async () => {
   mock.tiles = { least_zoom: 12, most_zoom: 18, attribution: 'Map by <a href="https://example.org/">the surveyors</a>' };
   mock.speed = 40;
@@ -388,6 +369,28 @@ test("the map is drawn on the console's tiles, which lie where the vehicle drive
   assert.equal(await page.locator(".attribution").count(), 0);
 });
 
+test("a viewer sees everything and can change nothing", async () => {
+  mock.begin();
+  await open("drive", { name: "victor", password: "another word" });
+  await page.waitForSelector(".sensor.ok");
+  assert.equal(await page.locator(".actions").count(), 0);
+  await page.goto(`${url}/#start`);
+  await see("You are logged in as a viewer.");
+  assert.equal(posts("start").length + posts("check").length, 0);
+});
+
+test("other drives have their verdicts, and one can be replayed", async () => {
+  await open("drives");
+  await page.getByText("2026-11-18_1100").click();
+  await page.waitForSelector(".verdict-view .answer.again");
+  await see("without images for 64.0 s");
+  await page.getByLabel("Speed").selectOption("5");
+  await page.getByRole("button", { name: /Replay/ }).click();
+  await page.waitForSelector(".drive-view");
+  assert.deepEqual(posts("replay")[0].body, { drive: "2026-11-18_1100", speed: 5 });
+});
+
+test("a replay has a time line: it is paused without an alarm, goes on elsewhere, and gets another speed", async () => {
   await open("drives");
   mock.beginReplay("2026-11-18_1100"); // 640 s
   for (const view of ["drive", "cloud", "map"]) {

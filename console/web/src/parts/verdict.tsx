@@ -1,5 +1,5 @@
 import { useEffect, useState } from "preact/hooks";
-import { get } from "../link/rest";
+import { get, Refused } from "../link/rest";
 import type { Remark } from "../link/messages";
 import { formatDriveTime, formatLength, t } from "../words/words";
 import { whoseName } from "./alarms";
@@ -39,7 +39,7 @@ function RemarkLine({ remark }: { remark: Remark }) {
 
 /// May I leave the site? The verdict of a drive in large letters, its reasons, and its report with the map.
 export function Verdict({ drive }: { drive: string }) {
-  const [summary, setSummary] = useState<Summary | null>(null);
+  const [summary, setSummary] = useState<Summary | "none" | null>(null);
   const [wrong, setWrong] = useState("");
   const folder = `/api/drives/${encodeURIComponent(drive)}`;
   useEffect(() => {
@@ -48,7 +48,11 @@ export function Verdict({ drive }: { drive: string }) {
     setWrong("");
     get<Summary>(`drives/${encodeURIComponent(drive)}/summary.json`).then(
       (found) => isCurrent && setSummary(found),
-      (error: unknown) => isCurrent && setWrong(reason(error)),
+      (error: unknown) => {
+        if (!isCurrent) return;
+        if (error instanceof Refused && error.status === 404) setSummary("none");
+        else setWrong(reason(error));
+      },
     );
     return () => {
       isCurrent = false;
@@ -56,6 +60,14 @@ export function Verdict({ drive }: { drive: string }) {
   }, [drive]);
   if (wrong) return <p class="wrong" role="alert" lang="en">{wrong}</p>;
   if (!summary) return <p class="empty">…</p>;
+  if (summary === "none")
+    return (
+      <section class="verdict-view" aria-label={t("verdict.title", { name: drive })}>
+        <h2>{t("verdict.title", { name: drive })}</h2>
+        <p class="answer unknown" role="status"><Lamp level="none" word={t("verdict.unknown")} /></p>
+        <p class="advice">{t("verdict.cut", { name: drive })}</p>
+      </section>
+    );
   const grade = gradeOf(summary.verdict?.grade);
   const remarks = summary.verdict?.remarks ?? [];
   return (

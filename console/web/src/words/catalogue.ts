@@ -201,6 +201,10 @@ export const catalogue = {
   "verdict.stay": ["Drive the places below again before you leave the site.", "离开现场前请重测以下位置。"],
   "verdict.reasons": ["Reasons", "理由"],
   "verdict.no_reasons": ["Nothing was worse than the rig wants.", "所有指标均满足配置要求。"],
+  "verdict.cut": [
+    "The drive was cut off before its end, so it has no verdict. What was recorded until then is whole: hueline replay {name}/drive.mcap --out FOLDER gives points and verdict.",
+    "采集中途中断，因此没有评价。中断前的记录完整：hueline replay {name}/drive.mcap --out FOLDER 可生成点云和评价。",
+  ],
   "verdict.report": ["Report", "报告"],
   "verdict.open_report": ["Open the report in its own window", "在新窗口打开报告"],
   "verdict.save_pdf": ["Save the report as PDF", "将报告存为 PDF"],
