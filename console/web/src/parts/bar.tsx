@@ -1,5 +1,5 @@
 import { useState } from "preact/hooks";
-import { canSound, overall } from "../state/alarms";
+import { canSound, isMute, overall } from "../state/alarms";
 import { post } from "../link/rest";
 import { consoleState, isDriving, isReplaying, leftOut, linked, mayOperate, oldBy, session, status } from "../state/live";
 import { logout } from "../state/session";
@@ -90,7 +90,7 @@ export function Bar() {
       </span>
       <What />
       <Link />
-      {isDriving.value && sound.value === "on" && !canSound.value && <span class="touch">{t("bar.sound.touch")}</span>}
+      {isDriving.value && sound.value === "on" && !canSound.value && <span class="touch">{t(isMute.value ? "bar.sound.mute" : "bar.sound.touch")}</span>}
       <button type="button" class="plain menu" aria-label={t("bar.settings")} onClick={() => setOpen(true)}>
         ☰
       </button>

@@ -80,12 +80,21 @@ export const overall = computed<Level | null>(() => {
 
 let audio: AudioContext | undefined;
 export const canSound = signal(false);
+/// Somebody has touched the page, and still it cannot sound: the device has no speaker, or the browser may not use it.
+export const isMute = signal(false);
+const kSoundWithinMs = 3000;
 
 /// Browsers allow sound only after somebody has touched the page. Call it in the handler of a touch or key.
 export function allowSound(): void {
   if (canSound.value) return;
-  audio ??= new AudioContext();
-  void audio.resume().then(() => (canSound.value = audio?.state === "running"), () => {});
+  if (!audio) {
+    audio = new AudioContext();
+    setTimeout(() => (isMute.value = !canSound.value), kSoundWithinMs);
+  }
+  void audio.resume().then(() => {
+    canSound.value = audio?.state === "running";
+    if (canSound.value) isMute.value = false;
+  }, () => {});
 }
 
 function tone(start: number, frequency: number, length: number): void {
