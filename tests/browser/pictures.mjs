@@ -48,10 +48,25 @@ mock.speed = 1;
 mock.mark("Church");
 await tablet.waitForTimeout(1500);
 await take(tablet, "console_map.png");
+await tablet.goto(`${url}/#marks`);
+await tablet.getByText("Church").waitFor();
+await take(tablet, "console_marks.png");
+await tablet.goto(`${url}/#images`);
+await tablet.waitForFunction(() => document.querySelector(".images img")?.naturalWidth > 0);
+await tablet.waitForTimeout(500);
+await take(tablet, "console_images.jpg");
+await tablet.goto(`${url}/#clocks`);
+await tablet.waitForSelector(".curve canvas");
+await tablet.waitForTimeout(1000);
+await take(tablet, "console_clocks.png");
 await tablet.goto(`${url}/#drive`);
 mock.trouble("head", "gone", "alarm", "connection lost: no heartbeat from 192.168.1.20 for 1.0 s", "Check the camera's cable and power; it is connected again by itself.");
 await tablet.waitForSelector(".alarms li");
 await take(tablet, "console_drive.png");
+
+await tablet.goto(`${url}/#events`);
+await tablet.locator(".events").getByText("no heartbeat").first().waitFor();
+await take(tablet, "console_events.png");
 
 const phone = await newPage(browser, { size: "phone", locale: "zh-CN", colorScheme: "dark" });
 await login(phone, url);
@@ -63,6 +78,9 @@ mock.end(0, "good");
 await tablet.goto(`${url}/#stop`);
 await tablet.waitForSelector(".verdict-view .answer.good");
 await take(tablet, "console_stop.png");
+await tablet.goto(`${url}/#drives`);
+await tablet.getByText("2026-11-20_0900").waitFor();
+await take(tablet, "console_drives.png");
 
 await browser.close();
 await mock.stop();

@@ -255,7 +255,7 @@ export const catalogue = {
   "map.hole": ["no points: drive again", "无点云：需重测"],
   "map.weak": ["weak GNSS", "GNSS 较弱"],
   "map.mark": ["mark", "标记"],
-  "map.summary": ["{path} driven, {hole} without points, {weak} with weak GNSS, {marks} marks", "已行驶 {path}，无点云 {hole}，GNSS 较弱 {weak}，标记 {marks} 个"],
+  "map.summary": ["{path} driven, {hole} without points, {weak} with weak GNSS, marks: {marks}", "已行驶 {path}，无点云 {hole}，GNSS 较弱 {weak}，标记 {marks} 个"],
 
   // clocks
   "clocks.none": ["No clock has sent anything yet.", "尚未收到时钟数据。"],
