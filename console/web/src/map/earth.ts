@@ -34,7 +34,7 @@ export class LocalPlane {
   }
 
   place(east: number, north: number): Place {
-    // The surface falls away from the plane; what that moves sideways is found by going there twice.
+    // The surface falls away from the plane; what that moves sideways is found in a few steps.
     const { latitude_deg, longitude_deg } = this.origin;
     const w = Math.sqrt(1 - kE2 * this.#sinLat ** 2);
     const perLatitude = (kA * (1 - kE2)) / w ** 3 * kRad, perLongitude = Math.max(1, (kA / w) * this.#cosLat * kRad);

@@ -17,6 +17,7 @@ export interface Tile {
 const kTilePx = 256;
 const kMostDrawn = 160;
 const kMostKept = 400; // images
+const kRetryMs = 30_000;
 const kAncestors = 6; // levels above a tile that may stand in for it
 
 /// The tiles that cover a sight of `width` x `height` px, of the zoom whose pixels are as large as the screen's; none if they were too many, as below
@@ -93,6 +94,8 @@ export class TileLayer {
         ++this.#loads;
         this.onLoad();
       };
+      // It may be lacking for ever, or for as long as the link is cut.
+      image.onerror = () => void setTimeout(() => this.#images.get(key) === image && this.#images.delete(key), kRetryMs);
       image.src = `/api/tiles/${key}`;
     }
     this.#images.set(key, image);
