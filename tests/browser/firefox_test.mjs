@@ -1,5 +1,5 @@
 // The operator's page in Firefox: it is entered, every view is opened while a drive runs, an alarm is read, and the drive is marked and stopped.
-// What the page does in detail is tested in Chromium (page_test.mjs).
+// What the page does in detail is tested in Chromium (page_test.mjs). With HUELINE_PICTURES=FOLDER it keeps pictures of the views.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -22,6 +22,7 @@ mock.tiles = { least_zoom: 12, most_zoom: 18, attribution: "the surveyors" };
 const url = await mock.start();
 // Firefox has WebGL on a screen only; this one is in memory, and its graphics are computed in software.
 const xvfb = spawn(screen, ["-displayfd", "1", "-screen", "0", "1400x1000x24", "-nolisten", "tcp"], { stdio: ["ignore", "pipe", "ignore"] });
+process.on("exit", () => xvfb.kill()); // also if Firefox does not start
 const [display] = await once(xvfb.stdout, "data");
 const browser = await puppeteer.launch({
   browser: "firefox",
