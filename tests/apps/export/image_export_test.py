@@ -110,6 +110,26 @@ def read_colmap(folder):
     return images, [([float(w) for w in p[1:4]], [int(w) for w in p[4:7]]) for p in points]
 
 
+def check_by_colmap(folder):
+    """COLMAP's own reader has the same cameras, poses and points: it writes them in its binary form, and again as text."""
+    for kind in ("BIN", "TXT"):
+        os.makedirs(folder + "/" + kind)
+        run("colmap", "model_converter", "--input_path", folder + ("/sparse/0" if kind == "BIN" else "/BIN"), "--output_path", folder + "/" + kind, "--output_type", kind)
+    (ours, our_points), (theirs, their_points) = read_colmap(folder + "/sparse/0"), read_colmap(folder + "/TXT")
+    if ours.keys() != theirs.keys() or len(our_points) != len(their_points):
+        fail(f"COLMAP reads {len(theirs)} of {len(ours)} images and {len(their_points)} of {len(our_points)} points")
+    for file, (R, t, camera) in ours.items():
+        other_R, other_t, other = theirs[file]
+        if camera[:3] != other[:3] or math.dist(camera[3], other[3]) > 1e-6:
+            fail(f"{file}: COLMAP reads the camera {other}, not {camera}")
+        if math.dist(t, other_t) > 1e-6 or max(math.dist(a, b) for a, b in zip(R, other_R)) > 1e-9:
+            fail(f"{file}: COLMAP reads another pose")
+    # COLMAP gives the points in no order.
+    for (place, rgb), (other, other_rgb) in zip(sorted(our_points), sorted(their_points)):
+        if math.dist(place, other) > 1e-6 or rgb != other_rgb:
+            fail(f"COLMAP reads the point {other} {other_rgb}, not {place} {rgb}")
+
+
 def read_png(path):
     data = open(path, "rb").read()
     if data[:8] != b"\x89PNG\r\n\x1a\n":
@@ -271,8 +291,10 @@ def main():
         if "36 pictures of 6 exposures" not in said:
             fail(said)
         images = check_tables(model + "/recorded", sights, True)
+        check_by_colmap(model + "/recorded")
         run(*export, "--out", model + "/pinhole", "--format", "png", "--lens", "pinhole", "--threads", "1")
         straight = check_tables(model + "/pinhole", sights, False)
+        check_by_colmap(model + "/pinhole")
         if {camera[0] for _, _, camera in straight.values()} != {"PINHOLE"}:
             fail("undistorted pictures with a distorted camera")
         check_colours(model + "/recorded", model + "/pinhole", images, straight)

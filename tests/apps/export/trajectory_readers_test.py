@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Has GDAL read the trajectory that `hueline export --profile trajectory` wrote for maps, and compares it with the CSV file, each pose with its own.
+
+usage: trajectory_readers_test.py HUELINE IMAGE_PROOF
+"""
+import csv, datetime, json, os, subprocess, sys, tempfile
+
+HUELINE, PROOF = (os.path.abspath(path) for path in sys.argv[1:3])
+SCENARIO = """seed: 5
+duration_s: 3
+drive: {stand_s: 0, accelerate_s: 0.5, speed: 6}
+camera: {rate_hz: 2, lens_width: 64, lens_height: 54}
+"""
+DEGREE_M = 111_320  # of latitude; of longitude it is less
+
+
+def run(*words):
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"FAILED: {' '.join(words)} gave {done.returncode}: {done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def read(path, *layer):
+    """The features as GDAL reads them, in longitude and latitude of WGS 84."""
+    return json.loads(run("ogr2ogr", "-f", "GeoJSON", "-lco", "COORDINATE_PRECISION=12", "-t_srs", "EPSG:4979", "/vsistdout/", path, *layer))["features"]
+
+
+def same(name, place, row):
+    wanted = [float(row["longitude_deg"]), float(row["latitude_deg"]), float(row["ellipsoidal_height_m"])]
+    off = [abs(a - b) for a, b in zip(place, wanted)]
+    if max(off[:2]) * DEGREE_M > 1e-3 or (len(off) > 2 and off[2] > 1e-3):
+        sys.exit(f"FAILED: {name} has {place}, and the CSV file {wanted}")
+
+
+def same_time(name, text, row):
+    text = text.replace("/", "-").replace(" ", "T").replace("+00", "").rstrip("Z")
+    wanted = row["utc"].rstrip("Z")
+    off = datetime.datetime.fromisoformat(text) - datetime.datetime.fromisoformat(wanted)
+    if abs(off.total_seconds()) > 1e-3:
+        sys.exit(f"FAILED: {name} has {text}, and the CSV file {wanted}")
+
+
+def main():
+    with open("short.yaml", "w") as file:
+        file.write(SCENARIO)
+    os.makedirs("drive")
+    run(PROOF, "short.yaml", "sim", "drive")
+    for ending in ("csv", "gpx", "kml", "geojson"):
+        run(HUELINE, "export", "drive", "--profile", "trajectory", "--rate", "10", "--out", "t." + ending)
+    rows = list(csv.DictReader(open("t.csv")))
+    moved = abs(float(rows[-1]["latitude_deg"]) - float(rows[0]["latitude_deg"])) * DEGREE_M
+    if len(rows) < 50 or moved < 5:
+        sys.exit(f"FAILED: {len(rows)} poses, {moved:.1f} m to the north: too few to compare")
+
+    points = read("t.gpx", "track_points")
+    tracks = read("t.gpx", "tracks")
+    if len(points) != len(rows) or len(tracks) != 1 or tracks[0]["properties"]["name"] != "street":
+        sys.exit(f"FAILED: GPX has {len(tracks)} tracks with {len(points)} points, and the CSV file {len(rows)} poses")
+    for point, row in zip(points, rows):
+        same("GPX", point["geometry"]["coordinates"][:2] + [point["properties"]["ele"]], row)
+        same_time("GPX", point["properties"]["time"], row)
+
+    lines = read("t.kml")
+    if len(lines) != 1 or lines[0]["properties"]["Name"] != "street" or lines[0]["geometry"]["type"] != "LineString":
+        sys.exit(f"FAILED: KML has {len(lines)} features: {json.dumps(lines)[:300]}")
+    places = lines[0]["geometry"]["coordinates"]
+    if len(places) != len(rows):
+        sys.exit(f"FAILED: KML has {len(places)} places, and the CSV file {len(rows)} poses")
+    for place, row in zip(places, rows):
+        same("KML", place[:2], row)  # the line lies on the ground
+
+    features = read("t.geojson")
+    if len(features) != len(rows):
+        sys.exit(f"FAILED: GeoJSON has {len(features)} features, and the CSV file {len(rows)} poses")
+    for feature, row in zip(features, rows):
+        same("GeoJSON", feature["geometry"]["coordinates"], row)
+        same_time("GeoJSON", feature["properties"]["time"], row)
+        for angle in ("roll_deg", "pitch_deg", "heading_deg"):
+            if abs(feature["properties"][angle] - float(row[angle])) > 1e-4:
+                sys.exit(f"FAILED: GeoJSON has {feature['properties']}, and the CSV file {row}")
+    print(f"GDAL reads {len(rows)} poses from GPX, KML and GeoJSON as they are in the CSV file")
+
+
+with tempfile.TemporaryDirectory() as work:
+    os.chdir(work)
+    main()
