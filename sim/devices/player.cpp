@@ -190,8 +190,18 @@ PlayReport Player::run(const NextTimeline& next, const std::stop_token& stop, co
     }
     return true;
   };
-  for (; timeline && report.is_complete; timeline = timelines.pop(stop))
+  // To free the events of a lap takes longer than the devices may be silent, so another thread does it.
+  BoundedQueue<std::shared_ptr<const Timeline>> played({1});
+  std::jthread freeing([&] {
+    while (played.pop()) continue;
+  });
+  while (timeline && report.is_complete) {
     report.is_complete = std::all_of((*timeline)->events.begin(), (*timeline)->events.end(), play);
+    std::optional<std::shared_ptr<const Timeline>> next_lap = timelines.pop(stop);
+    played.push(std::move(*timeline), {});
+    timeline = std::move(next_lap);
+  }
+  played.close();
   building.join();
   sending.join();
   report.problem = problem;
