@@ -15,13 +15,14 @@ namespace hueline::drivers {
 class CanCycle {
  public:
   struct Gap {
-    std::int64_t before = 0;   ///< how many messages should have come between this one and the one before, and did not
-    std::int64_t missing = 0;  ///< how many of an earlier gap have not come behind it either
+    std::int64_t before = 0;  ///< how many messages should have come between this one and the one before, and did not
+    /// How many of an earlier gap have not come behind it either. Nothing as long as they may still come.
+    std::optional<std::int64_t> missing;
   };
   /// Takes a message. A gap is of messages that are lost, or of messages that waited on their way (in an adapter, or in
   /// a computer that was busy) and come at once behind it; so what is missing is told when the first message comes that
-  /// did not wait. Returns zeros until the period is known, and for messages without a period (they are sent when
-  /// something changes, or a gateway sends them in groups).
+  /// did not wait. Returns an empty Gap until the period is known, and for messages without a period (they are sent
+  /// when something changes, or a gateway sends them in groups).
   Gap take(HostTime received);
   /// Waits no longer: the stream ends, or a message came that did not wait. Returns how many of the latest gap are
   /// missing.

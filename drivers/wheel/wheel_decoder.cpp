@@ -54,21 +54,36 @@ void WheelDecoder::take_database(std::string_view text, HostTime received, std::
 
 void WheelDecoder::forget() {
   for (State& state : states_)
-    state = {.counter = {}, .cycle = {}, .pulses = {}, .pulses_at = {}, .speed = {}, .distance_m = state.distance_m};
+    state = {.counter = {},
+             .counted = 0,
+             .cycle = {},
+             .pulses = {},
+             .pulses_at = {},
+             .speed = {},
+             .distance_m = state.distance_m};
 }
 
 void WheelDecoder::flush(std::vector<Measurement>& out) {
   for (std::size_t i = 0; i < messages_.size(); ++i)
-    if (CanCycle& cycle = states_[i].cycle; cycle.last() && !messages_[i].counter)
-      tell_missing(messages_[i], cycle.settle(), *cycle.last(), out);
+    if (CanCycle& cycle = states_[i].cycle; cycle.last())
+      tell_missing(messages_[i], states_[i], cycle.settle(), *cycle.last(), out);
 }
 
-/// Tells losses that only the cycle of a message shows, if there are any.
-void WheelDecoder::tell_missing(const Message& message, std::int64_t count, HostTime time,
+/// Tells losses that only the cycle of a message shows, if there are any. A counter shows all but whole turns of it.
+void WheelDecoder::tell_missing(const Message& message, State& state, std::int64_t count, HostTime time,
                                 std::vector<Measurement>& out) const {
-  if (count > 0)
-    tell(FaultKind::Lost, time, static_cast<std::uint64_t>(count), out,
-         fmt::format("{} messages {} are missing, by their cycle: it has no counter", count, id_text(message)));
+  const std::int64_t others = count - std::exchange(state.counted, 0);
+  if (!message.counter) {
+    if (others > 0)
+      tell(FaultKind::Lost, time, static_cast<std::uint64_t>(others), out,
+           fmt::format("{} messages {} are missing, by their cycle: it has no counter", others, id_text(message)));
+    return;
+  }
+  const std::int64_t turn = counter_range(*message.counter).count;
+  if (const auto turns = std::llround(static_cast<double>(others) / static_cast<double>(turn)); turns > 0)
+    tell(FaultKind::Lost, time, static_cast<std::uint64_t>(turns * turn), out,
+         fmt::format("{} messages {} are missing, by their cycle: the counter went round", turns * turn,
+                     id_text(message)));
 }
 
 bool WheelDecoder::take_other(const Packet& packet, std::vector<Measurement>& out) {
@@ -124,10 +139,8 @@ WheelDecoder::Use WheelDecoder::take(const CanFrame& frame, HostTime received, s
 bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
                           std::vector<Measurement>& out) {
   const CanCycle::Gap gap = state.cycle.take(received);
-  if (!message.counter) {
-    tell_missing(message, gap.missing, received, out);
-    return true;
-  }
+  if (gap.missing) tell_missing(message, state, *gap.missing, received, out);
+  if (!message.counter) return true;
   const std::int64_t count = message.counter->raw(frame.bytes());
   const CounterRange range = counter_range(*message.counter);
   if (!range.has(count)) {
@@ -135,19 +148,20 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
          fmt::format("message {} has counter {}, which it never counts to: not used", id_text(message), count));
     return false;
   }
-  const std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
-  // The counter gives the number of steps except for whole turns. The period gives it roughly.
-  const double turns = static_cast<double>(gap.before + 1 - steps) / static_cast<double>(range.count);
-  const std::int64_t ahead = steps + std::max<std::int64_t>(0, std::llround(turns)) * range.count;
-  if (ahead == 0) {
+  // The counter gives the number of steps except for whole turns. Those the cycle gives, when it is known what came
+  // late; but the same count again is a turn if there was time for one.
+  std::int64_t steps = state.counter ? range.steps(*state.counter, count) : 1;
+  if (steps == 0 && 2 * (gap.before + 1) >= range.count) steps = range.count;
+  if (steps == 0) {
     tell(FaultKind::Spurious, received, 1, out,
          fmt::format("message {} came again with counter {}: not used", id_text(message), count));
     return false;
   }
-  if (ahead > 1)
-    tell(FaultKind::Lost, received, static_cast<std::uint64_t>(ahead - 1), out,
-         fmt::format("message {} went from counter {} to {}{}: {} are missing", id_text(message),
-                     state.counter.value_or(count), count, ahead > steps ? " and round, by its cycle" : "", ahead - 1));
+  if (steps > 1)
+    tell(FaultKind::Lost, received, static_cast<std::uint64_t>(steps - 1), out,
+         fmt::format("message {} went from counter {} to {}: {} are missing", id_text(message),
+                     state.counter.value_or(count), count, steps - 1));
+  state.counted += steps - 1;
   state.counter = count;
   return true;
 }

@@ -80,6 +80,7 @@ class WheelDecoder final : public CanDecoder {
   /// The state of one message.
   struct State {
     std::optional<std::int64_t> counter;
+    std::int64_t counted = 0;  // what the counter has told of the latest gap
     CanCycle cycle;
     std::vector<std::int64_t> pulses;
     std::optional<HostTime> pulses_at;
@@ -92,7 +93,8 @@ class WheelDecoder final : public CanDecoder {
   bool take_other(const Packet& packet, std::vector<Measurement>& out) override;
   void prepare(HostTime received, std::vector<Measurement>& out) override;
   void forget() override;
-  void tell_missing(const Message& message, std::int64_t count, HostTime time, std::vector<Measurement>& out) const;
+  void tell_missing(const Message& message, State& state, std::int64_t count, HostTime time,
+                    std::vector<Measurement>& out) const;
   bool is_new(const Message& message, State& state, const CanFrame& frame, HostTime received,
               std::vector<Measurement>& out);
   std::optional<double> read_speed(const Message& message, State& state, const CanFrame& frame, HostTime received,

@@ -229,6 +229,40 @@ TEST(WheelDecoder, MessagesThatWaitedAreNotLost) {
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 3}})) << d.last_fault;
 }
 
+/// A counter of 16 does not show whether as many are lost or late.
+TEST(WheelDecoder, MessagesThatWaitedForATurnOfTheirCounterAreNotLost) {
+  Decoded d(slow());
+  double at = 1;
+  int count = 0;
+  const auto next = [&](double after) { d.take(speeds(100, 100, count++), at += after); };
+  for (int i = 0; i < 64; ++i) next(0.02);
+  // Sixteen waited while the computer was busy, and came together.
+  next(17 * 0.02);
+  for (int i = 0; i < 16; ++i) next(0.0002);
+  for (int i = 0; i < 64; ++i) next(0.02);
+  EXPECT_TRUE(d.faults.empty()) << d.last_fault;
+  // Sixteen are lost.
+  count += 16;
+  next(17 * 0.02);
+  EXPECT_TRUE(d.faults.empty()) << d.last_fault;
+  next(0.02);
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 16}})) << d.last_fault;
+  // Of eighteen, one is lost among those that waited.
+  next(19 * 0.02);
+  for (int i = 0; i < 17; ++i) {
+    if (i == 9) ++count;
+    next(0.0002);
+  }
+  for (int i = 0; i < 64; ++i) next(0.02);
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 17}})) << d.last_fault;
+  // Eighteen are lost at the end: two by the counter, and sixteen when nothing comes any more.
+  count += 18;
+  next(19 * 0.02);
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 19}})) << d.last_fault;
+  d.end();
+  EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 35}})) << d.last_fault;
+}
+
 /// The messages come 20 ms apart with the jitter of an interrupt. Single ones of each are lost, and bus-off takes two
 /// seconds of both.
 TEST(WheelDecoder, LossesAreCountedByTheCycleWhereNoCounterCan) {
