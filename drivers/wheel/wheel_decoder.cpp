@@ -12,6 +12,7 @@ namespace {
 constexpr int kRefusedInARow = 10;      // after so many refusals the older speed was the wrong one
 constexpr double kSpeedStep = 0.5;      // m/s; allows for quantisation and noise in addition to the acceleration
 constexpr double kLongestStep_s = 1.0;  // older speeds say nothing about the next one
+constexpr std::int64_t kMostCounted = 2'000'000'000'000;  // more than a gap has; a wide counter tells of any number
 
 std::size_t needed_bytes(const WheelDecoder::Message& message) {
   std::size_t needed = message.checksum ? message.checksum->byte + 1 : 0;
@@ -161,7 +162,7 @@ bool WheelDecoder::is_new(const Message& message, State& state, const CanFrame& 
     tell(FaultKind::Lost, received, static_cast<std::uint64_t>(steps - 1), out,
          fmt::format("message {} went from counter {} to {}: {} are missing", id_text(message),
                      state.counter.value_or(count), count, steps - 1));
-  state.counted += steps - 1;
+  state.counted = std::min(state.counted + std::min(steps - 1, kMostCounted), kMostCounted);
   state.counter = count;
   return true;
 }

@@ -263,6 +263,21 @@ TEST(WheelDecoder, MessagesThatWaitedForATurnOfTheirCounterAreNotLost) {
   EXPECT_EQ(d.faults, (std::map<FaultKind, std::uint64_t>{{FaultKind::Lost, 35}})) << d.last_fault;
 }
 
+/// A counter of 62 bits that counts down has lost nearly 2^62 messages each time: no sum of that may overflow.
+TEST(WheelDecoder, AWideCounterMayTellOfAnyNumber) {
+  WheelDecoder::Config wide = config();
+  wide.messages.resize(1);
+  wide.messages[0] = {};
+  wide.messages[0].id = 0x64;
+  wide.messages[0].pulses.push_back({signal(0, 8), 0.02});
+  wide.messages[0].counter = signal(0, 62);
+  Decoded d(wide);
+  for (int i = 0; i < 10; ++i) d.take(can_frame(0x64, {100 - i, 0, 0, 0, 0, 0, 0, 0}), 1 + 0.001 * i);
+  d.end();
+  EXPECT_EQ(d.wheels.size(), 10u);
+  EXPECT_EQ(d.faults.count(FaultKind::Lost), 1u);
+}
+
 /// The messages come 20 ms apart with the jitter of an interrupt. Single ones of each are lost, and bus-off takes two
 /// seconds of both.
 TEST(WheelDecoder, LossesAreCountedByTheCycleWhereNoCounterCan) {
