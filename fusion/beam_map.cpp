@@ -68,7 +68,11 @@ void BeamMap::finish() {
   constexpr CodedNearness kNothing = 0xFFFF;
   const auto columns = static_cast<std::size_t>(grid_.columns), rows = static_cast<std::size_t>(grid_.rows);
   // Each loop is one that compilers turn into vector instructions. Rows go around, so they get a cell at both ends.
-  std::vector<CodedNearness> near(nearest_.size()), far(nearest_.size()), ring_near(columns + 2), ring_far(columns + 2);
+  thread_local std::vector<CodedNearness> near, far, ring_near, ring_far;
+  near.resize(nearest_.size());
+  far.resize(nearest_.size());
+  ring_near.resize(columns + 2);
+  ring_far.resize(columns + 2);
   for (std::size_t row = 0; row < rows; ++row) {
     const CodedNearness* here = nearest_.data() + row * columns;
     for (std::size_t x = 0; x < columns; ++x) {

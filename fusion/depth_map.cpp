@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "core/mutex.hpp"
 #include "core/portable_math.hpp"
 #include "fusion/depth_map.hpp"
 
@@ -234,23 +236,98 @@ constexpr int kFewAround = 1, kSurfaceAround = 5;
 
 /// Returns an index that goes around.
 int around(int index, int size) { return (index % size + size) % size; }
+
+/// The blocks that a map is closed in: their numbers of rows and columns, and the cells of each.
+struct Blocks {
+  explicit Blocks(const DirectionGrid& whole)
+      : grid(whole),
+        rows((grid.rows + kBlockRows - 1) / kBlockRows),
+        columns((grid.columns + kBlockColumns - 1) / kBlockColumns) {}
+  struct Cells {
+    int row, end_row, column, end_column;
+  };
+  std::size_t size() const { return static_cast<std::size_t>(rows * columns); }
+  Cells operator[](std::size_t index) const {
+    const int row = static_cast<int>(index) / columns * kBlockRows,
+              column = static_cast<int>(index) % columns * kBlockColumns;
+    return {row, std::min(grid.rows, row + kBlockRows), column, std::min(grid.columns, column + kBlockColumns)};
+  }
+  std::size_t cell(int row, int column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(column);
+  }
+  DirectionGrid grid;
+  int rows, columns;
+};
 }  // namespace
 
-DepthMap::DepthMap(const Config& config)
+class DepthMap::Memory {
+ public:
+  /// Returns planes of nothing.
+  std::unique_ptr<Planes> take(const DirectionGrid& grid) {
+    std::unique_ptr<Planes> planes;
+    {
+      const Lock lock(mutex_);
+      if (!spare_.empty()) {
+        planes = std::move(spare_.back());
+        spare_.pop_back();
+      }
+    }
+    if (!planes || planes->nearest.size() != grid.size()) return std::make_unique<Planes>(grid);
+    planes->clear(grid);
+    return planes;
+  }
+  void give(std::unique_ptr<Planes> planes) {
+    const Lock lock(mutex_);
+    spare_.push_back(std::move(planes));
+  }
+
+ private:
+  Mutex mutex_;
+  std::vector<std::unique_ptr<Planes>> spare_ HUELINE_GUARDED_BY(mutex_);
+};
+
+std::shared_ptr<DepthMap::Memory> DepthMap::make_memory() { return std::make_shared<Memory>(); }
+
+void DepthMap::Return::operator()(Planes* planes) const {
+  std::unique_ptr<Planes> owned(planes);
+  if (memory) memory->give(std::move(owned));
+}
+
+DepthMap::Planes::Planes(const DirectionGrid& grid)
+    : nearest(grid.size()), bounds(grid.size()), strips(grid.size() / kStrip + 1), is_written(Blocks(grid).size()) {}
+
+void DepthMap::Planes::clear(const DirectionGrid& grid) {
+  for (std::size_t strip = 0; strip < strips.size(); ++strip)
+    if (std::exchange(strips[strip], 0) != 0)
+      std::fill(nearest.begin() + static_cast<std::ptrdiff_t>(strip * kStrip),
+                nearest.begin() + static_cast<std::ptrdiff_t>(std::min(nearest.size(), (strip + 1) * kStrip)),
+                CodedNearness{0});
+  const Blocks blocks(grid);
+  for (std::size_t part = 0; part < is_written.size(); ++part) {
+    if (std::exchange(is_written[part], 0) == 0) continue;
+    const Blocks::Cells cells = blocks[part];
+    for (int row = cells.row; row < cells.end_row; ++row)
+      std::fill_n(bounds.begin() + static_cast<std::ptrdiff_t>(blocks.cell(row, cells.column)),
+                  cells.end_column - cells.column, Bounds{});
+  }
+}
+
+DepthMap::DepthMap(const Config& config, std::shared_ptr<Memory> memory)
     : config_(config),
       grid_(config.cell),
       tolerance_(static_cast<float>(config.tolerance_m)),
       share_(static_cast<float>(1.0 + config.tolerance_share)),
       most_(static_cast<float>(1.0 / config.nearest_m)),
-      nearest_(grid_.size()),
-      bounds_(grid_.size()),
-      has_changed_(grid_.size() / kStrip + 1) {}
+      planes_(memory ? memory->take(grid_).release() : new Planes(grid_), Return{memory}),
+      nearest_(planes_->nearest.data()),
+      bounds_(planes_->bounds.data()),
+      strips_(planes_->strips.data()) {}
 
 LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {
   const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
-  const auto size = static_cast<std::int64_t>(nearest_.size());
+  const auto size = static_cast<std::int64_t>(grid_.size());
   const auto is_before = [&](std::int64_t index) {
-    return index >= 0 && index < size && decoded(nearest_[static_cast<std::size_t>(index)]) * slack > here;
+    return index >= 0 && index < size && decoded(nearest_[index]) * slack > here;
   };
   int around = 0;
   for (const std::int64_t row : {-grid_.columns, 0, grid_.columns})
@@ -270,13 +347,12 @@ void DepthMap::close() {
   if (block.reach.empty() || block.config != config_) block = block_for(config_, grid_);
   const int columns = grid_.columns, rows = grid_.rows;
   const int above = rows_around(block);
-  const int block_rows = (rows + kBlockRows - 1) / kBlockRows,
-            block_columns = (columns + kBlockColumns - 1) / kBlockColumns;
+  const Blocks blocks(grid_);
   // The blocks that a changed cell reaches.
-  std::vector<std::uint8_t> is_reached(static_cast<std::size_t>(block_rows * block_columns));
-  for (std::size_t strip = 0; strip < has_changed_.size(); ++strip) {
-    if (has_changed_[strip] == 0) continue;
-    has_changed_[strip] = 0;
+  std::vector<std::uint8_t> is_reached(blocks.size());
+  for (std::size_t strip = 0; strip < planes_->strips.size(); ++strip) {
+    if (strips_[strip] != kChanged) continue;
+    strips_[strip] = kSettled;
     const auto first = static_cast<int>(strip * kStrip), last = first + static_cast<int>(kStrip) - 1;
     // A strip that goes on in the next row may have changed at any column.
     const int first_row = first / columns, last_row = std::min(rows - 1, last / columns);
@@ -286,25 +362,25 @@ void DepthMap::close() {
         std::max(block.beside[static_cast<std::size_t>(first_row)], block.beside[static_cast<std::size_t>(last_row)]);
     const int left = is_one_row ? first % columns - beside : 0,
               right = is_one_row ? last % columns + beside : columns - 1;
-    for (int x = 0; x < block_columns; ++x) {
+    for (int x = 0; x < blocks.columns; ++x) {
       const int begin = x * kBlockColumns, end = std::min(columns, begin + kBlockColumns);
       const bool is_beside = right < begin || left >= end;
       const bool is_around = left + columns < end || right - columns >= begin;
       if (is_beside && !is_around) continue;
       for (int y = low / kBlockRows; y <= high / kBlockRows; ++y)
-        is_reached[static_cast<std::size_t>(y * block_columns + x)] = 1;
+        is_reached[static_cast<std::size_t>(y * blocks.columns + x)] = 1;
     }
   }
-  for (int part = 0; part < block_rows * block_columns; ++part) {
-    if (is_reached[static_cast<std::size_t>(part)] == 0) continue;
-    const int row = part / block_columns * kBlockRows, column = part % block_columns * kBlockColumns;
-    const int end_row = std::min(rows, row + kBlockRows), end_column = std::min(columns, column + kBlockColumns);
+  for (std::size_t part = 0; part < is_reached.size(); ++part) {
+    if (is_reached[part] == 0) continue;
+    planes_->is_written[part] = 1;
+    const auto [row, end_row, column, end_column] = blocks[part];
     block.first_row = std::max(0, row - above);
     block.rows = std::min(rows, end_row + above) - block.first_row;
     block.pad = whole_lanes(widest(block, block.first_row, block.first_row + block.rows - 1));
     block.width = whole_lanes(end_column - column) + 2 * block.pad;
     for (int y = 0; y < block.rows; ++y) {
-      const CodedNearness* in = nearest_.data() + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
+      const CodedNearness* in = nearest_ + static_cast<std::ptrdiff_t>(block.first_row + y) * columns;
       CodedNearness* out = block.plane(kClosed) + static_cast<std::ptrdiff_t>(y) * block.width;
       for (int x = 0; x < block.width;) {
         const int from = around(column - block.pad + x, columns), run = std::min(columns - from, block.width - x);
@@ -314,9 +390,7 @@ void DepthMap::close() {
     }
     HWY_DYNAMIC_DISPATCH(close_gaps)(block);
     for (int y = row; y < end_row; ++y) HWY_DYNAMIC_DISPATCH(write_bounds)
-    (block, y - block.first_row, end_column - column,
-     &bounds_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)]
-          .whole);
+    (block, y - block.first_row, end_column - column, &bounds_[blocks.cell(y, column)].whole);
   }
 }
 

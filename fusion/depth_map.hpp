@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "fusion/coded_nearness.hpp"
@@ -47,14 +48,21 @@ class DepthMap {
     bool operator==(const Config&) const = default;
   };
 
-  explicit DepthMap(const Config& config);
+  /// The memory of maps that are gone, for the next ones: of it they clear what held something, which takes a fraction
+  /// of the time of memory that the system hands out anew. It has room for as many maps as there ever were at a time.
+  /// Thread safety: maps that share it may be made and destroyed by many threads.
+  class Memory;
+  static std::shared_ptr<Memory> make_memory();
+
+  /// A map of nothing. Without `memory` it has its own.
+  explicit DepthMap(const Config& config, std::shared_ptr<Memory> memory = {});
   const DirectionGrid& grid() const { return grid_; }
   /// Adds a point that locate() found.
   void add(std::uint32_t cell, float nearness) {
     const CodedNearness code = coded(nearness);
     if (code <= nearest_[cell] || nearness > most_) return;
     nearest_[cell] = code;
-    has_changed_[cell / kStrip] = 1;
+    strips_[cell / kStrip] = kChanged;
     is_closed_ = false;
   }
   /// Closes the gaps and finds the outlines of what was added until now, in the parts of the map where something was
@@ -97,14 +105,31 @@ class DepthMap {
     CodedNearness guarded;  ///< what ends within the guard
   };
 
+  static constexpr std::uint8_t kChanged = 1;  // a strip has points since the last close()
+  static constexpr std::uint8_t kSettled = 2;  // a strip has points, all of them older
+  struct Planes {
+    explicit Planes(const DirectionGrid& grid);
+    void clear(const DirectionGrid& grid);
+    std::vector<CodedNearness> nearest;    // of each cell
+    std::vector<Bounds> bounds;            // of each cell
+    std::vector<std::uint8_t> strips;      // 0: without points
+    std::vector<std::uint8_t> is_written;  // of each block of close(): whether its bounds may be other than 0
+  };
+  /// Gives planes back to the memory that they are from.
+  struct Return {
+    std::shared_ptr<Memory> memory;
+    void operator()(Planes* planes) const;
+  };
+
   LineOfSight judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const;
 
   Config config_;
   DirectionGrid grid_;
   float tolerance_, share_, most_;
-  std::vector<CodedNearness> nearest_;
-  std::vector<Bounds> bounds_;
-  std::vector<std::uint8_t> has_changed_;
+  std::unique_ptr<Planes, Return> planes_;
+  CodedNearness* nearest_;  // of planes_, as the others
+  Bounds* bounds_;
+  std::uint8_t* strips_;
   bool is_closed_ = true;  // whether nothing was added since close()
 };
 

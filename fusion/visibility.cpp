@@ -159,7 +159,7 @@ void Visibility::add_turns(const Moment& moment, std::uint64_t first, DepthMap& 
 void Visibility::map_early(const std::vector<Moment*>& moments, WorkerPool& pool) const {
   pool.run(moments.size(), [&](std::size_t i) {
     Moment& moment = *moments[i];
-    moment.early.emplace(config_.depth);
+    moment.early.emplace(config_.depth, memory_);
     add_turns(moment, 0, *moment.early);
     moment.early->close();
   });
@@ -172,6 +172,7 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
   for (const auto& [sensor, open] : open_)
     if (!open.batches.empty()) end = std::min(end, open.batches.front()->number);
   const auto add_standing = [&](Moment& moment) {
+    if (!moment.standing) moment.standing.emplace(config_.depth, memory_);
     add_turns(moment, moment.next_turn, *moment.standing);
     moment.next_turn = first_turn_ + turns_.size();
     moment.newest_turn = newest_;
@@ -181,6 +182,7 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
   const auto add_glance = [&](Moment& moment) {
     thread_local SeenPlaces seen;
     RelativePlaces below;
+    if (!moment.glance) moment.glance.emplace(config_.depth, memory_);
     auto batch = std::partition_point(placed.begin(), placed.end(),
                                       [&](const PlacedBatch& b) { return b.number < moment.next_glance; });
     moment.next_glance = end;
@@ -216,10 +218,8 @@ void Visibility::map(const std::vector<Moment*>& moments, const std::deque<Place
   };
   std::vector<std::pair<Moment*, bool>> due;  // and whether it is the map of what stands
   for (Moment* moment : moments) {
-    if (!moment->standing) moment->standing.emplace(config_.depth);
-    if (!moment->glance) moment->glance.emplace(config_.depth);
     if (!moment->newest_turn || newest_ >= *moment->newest_turn + config_.renewal) due.emplace_back(moment, true);
-    if (moment->next_glance < end) due.emplace_back(moment, false);
+    if (!moment->glance || moment->next_glance < end) due.emplace_back(moment, false);
   }
   if (due.empty()) return;  // as in most calls
   pool.run(due.size(), [&](std::size_t i) {

@@ -126,6 +126,7 @@ class Visibility {
 
   Config config_;
   DirectionGrid grid_, beam_grid_;
+  std::shared_ptr<DepthMap::Memory> memory_ = DepthMap::make_memory();
   std::map<SensorId, OpenTurn> open_;
   std::optional<TurnSkin> skin_;  // of the turn that is being completed; made with the first
   std::uint64_t next_batch_ = 0;  // number of the first batch that was not added yet

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -159,6 +160,39 @@ TEST(DepthMap, TheOrderOfThePointsDoesNotMatter) {
   for (const Vector3d& p : points) {
     ASSERT_EQ(look(one, p), look(other, p));
     ASSERT_EQ(look(one, p), look(later, p));
+  }
+}
+
+TEST(DepthMap, MemoryOfAnEarlierMapHoldsNothing) {
+  const auto places = [](unsigned seed, std::size_t count, double from_east) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-20, 20);
+    std::vector<Vector3d> out(count);
+    for (Vector3d& p : out)
+      for (double* x : {&p.x(), &p.y(), &p.z()}) *x = place(random);
+    for (Vector3d& p : out) p.x() = std::max(from_east, p.x());
+    return out;
+  };
+  const std::shared_ptr<DepthMap::Memory> memory = DepthMap::make_memory();
+  const std::vector<Vector3d> asked = places(1, 50'000, -20);
+  unsigned seed = 2;
+  // Maps of all directions and of a few, each in the memory of the one before.
+  for (const double from_east : {-20.0, 2.0, -20.0, 15.0}) {
+    DepthMap fresh({}), later({}, memory);
+    const std::vector<Vector3d> added = places(++seed, 20'000, from_east);
+    for (DepthMap* map : {&fresh, &later}) {
+      for (const Vector3d& p : added) add(*map, p);
+      map->close();
+    }
+    for (const Vector3d& p : asked) {
+      const SeenPlaces seen = seen_at(fresh.grid(), p);
+      const std::uint32_t cell = seen.cell[0];
+      const float nearness = seen.nearness[0];
+      ASSERT_EQ(fresh.look_among_points(cell, nearness), later.look_among_points(cell, nearness));
+      ASSERT_EQ(fresh.is_blank(cell), later.is_blank(cell));
+      ASSERT_EQ(fresh.meets(cell, nearness), later.meets(cell, nearness));
+    }
+    for (const Vector3d& p : asked) add(later, p);  // which it does not close
   }
 }
 
