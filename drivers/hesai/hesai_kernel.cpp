@@ -148,7 +148,7 @@ namespace hueline::drivers {
 HWY_EXPORT(decode_groups);
 namespace {
 
-constexpr int kCircle = 36000;  // in 0.01 degrees
+constexpr int kCircle = kAzimuthsOfCircle;
 constexpr float kRadPerCount = static_cast<float>(2 * std::numbers::pi / kCircle);
 
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8U; }
@@ -159,13 +159,7 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     : table_(hesai_table(config.model)),
       min_range_m_(config.min_range_m),
       max_range_m_(config.max_range_m.value_or(1e9)),
-      directions_(kCircle),
       scratch_(table_.beams.size() * static_cast<std::size_t>(table_.blocks) + 1) {
-  for (int i = 0; i < kCircle; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCircle;
-    directions_[static_cast<std::size_t>(i)] = {static_cast<float>(portable::sin(angle)),
-                                                static_cast<float>(portable::cos(angle))};
-  }
   const auto beam = [&](std::size_t c) {
     if (config.elevations_deg.empty()) return table_.beams[c];
     return HesaiBeam{config.elevations_deg[c], config.azimuths_deg[c]};
@@ -194,6 +188,7 @@ std::int32_t HesaiKernel::block_ns(int block, int returns) const {
 
 HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPacket& packet,
                                 std::vector<LaserReturn>& returns) {
+  const auto& directions = azimuth_directions();
   Units units{};
   units.channels = table_.beams.size();
   units.bytes = table_.unit;
@@ -230,7 +225,7 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
       group.units[static_cast<std::size_t>(i)] =
           first + table_.block_bytes() * static_cast<std::size_t>(i) + table_.flag + 2;
     group.azimuth = static_cast<float>(azimuth) * kRadPerCount;
-    group.direction = directions_[static_cast<std::size_t>(azimuth)];
+    group.direction = directions[static_cast<std::size_t>(azimuth)];
     group.time_ns = block_ns(b, packet.returns) - first_ns;
     group.is_second = is_second;
   }

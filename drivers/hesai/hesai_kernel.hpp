@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/measurements.hpp"
+#include "drivers/azimuth_directions.hpp"
 #include "drivers/hesai/hesai_decoder.hpp"
 
 namespace hueline::drivers {
@@ -37,9 +38,6 @@ class HesaiKernel {
     alignas(64) std::array<std::int32_t, kMost> time_ns, time_of_second_ns;
     alignas(64) std::array<std::uint32_t, kMost> ring;
   };
-  struct Direction {
-    float sine, cosine;
-  };
   /// How the units of a packet become returns.
   struct Units {
     std::size_t channels, bytes;  ///< number of channels, bytes of a unit
@@ -50,7 +48,7 @@ class HesaiKernel {
   struct Group {
     std::array<const std::byte*, kMostReturns> units;  ///< of each block; nullptr behind the last
     float azimuth;                                     ///< rad
-    Direction direction;
+    AzimuthDirection direction;
     std::int32_t time_ns;
     bool is_second;  ///< the times of the channels are those of every second block
   };
@@ -61,7 +59,6 @@ class HesaiKernel {
   const HesaiTable& table_;
   double min_range_m_, max_range_m_;
   Channels channels_{};
-  std::vector<Direction> directions_;  ///< indexed by azimuth, 0.01 degrees
   std::vector<LaserReturn> scratch_;
 };
 

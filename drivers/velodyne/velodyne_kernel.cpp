@@ -135,7 +135,7 @@ HWY_EXPORT(fill_turn);
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kCircle = 36000;  // in 0.01 degrees
+constexpr int kCircle = kAzimuthsOfCircle;
 constexpr float kRadPerCount = static_cast<float>(2 * kPi / kCircle);
 constexpr std::size_t kBlockBytes = 100;
 
@@ -160,8 +160,7 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(table_.block_period()))),
       firings_(static_cast<std::size_t>(table_.banks())),
       turns_(firings_.size(), std::vector<Turn>(static_cast<std::size_t>(kTremble + max_step_ + 1))),
-      mean_turns_(firings_.size()),
-      directions_(kCircle) {
+      mean_turns_(firings_.size()) {
   choice_.returns = config.returns;
   // A range of 0 steps means "no return", whatever the configuration says.
   const double nearest = std::max(1.0, std::ceil(config.min_range_m / table_.range_step_m - 1e-6));
@@ -174,11 +173,6 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
   choice_.has_window = width < 2 * kPi - 1e-9;
   choice_.window_begin = static_cast<float>(config.azimuth_begin);
   choice_.window_width = static_cast<float>(width);
-  for (int i = 0; i < kCircle; ++i) {
-    const double angle = 2 * kPi * i / kCircle;
-    directions_[static_cast<std::size_t>(i)] = {static_cast<float>(portable::sin(angle)),
-                                                static_cast<float>(portable::cos(angle))};
-  }
   for (std::size_t bank = 0; bank < firings_.size(); ++bank)
     for (std::size_t f = 0; f < kFirings; ++f) {
       const int firing = static_cast<int>(bank * kFirings + f);
@@ -218,6 +212,7 @@ bool VelodyneKernel::is_block(const std::byte* block, int bank) const {
 
 VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_dual, double turn_rate,
                                       std::vector<LaserReturn>& returns) {
+  const auto& directions = azimuth_directions();
   const int banks = table_.banks();
   const int copies = is_dual ? 2 : 1;          // blocks of the same firings
   const int blocks_per_unit = banks * copies;  // blocks of the same azimuth
@@ -291,7 +286,7 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
                          is_dual ? block(b + 1) : nullptr,
                          static_cast<float>(azimuth) * kRadPerCount,
                          unit[i].azimuth < kNearNorth || unit[i].azimuth >= kCircle - kNearNorth,
-                         directions_[azimuth],
+                         directions[azimuth],
                          unit_ns};
       if (is_behind) {
         result.behind += copies;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/measurements.hpp"
+#include "drivers/azimuth_directions.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 
 namespace hueline::drivers {
@@ -58,9 +59,6 @@ class VelodyneKernel {
     alignas(64) Floats sin_ahead, cos_ahead;
     alignas(64) Floats turned;  ///< by the mirror alone, rad
   };
-  struct Direction {
-    float sine, cosine;
-  };
   /// Which returns are kept.
   struct Choice {
     ReturnChoice returns;
@@ -76,7 +74,7 @@ class VelodyneKernel {
     const std::byte *last, *strongest;
     float azimuth;
     bool is_near_north;  ///< so that the azimuth of a firing may be on the other side of 0
-    Direction direction;
+    AzimuthDirection direction;
     std::int32_t time_ns;
   };
 
@@ -97,7 +95,6 @@ class VelodyneKernel {
   std::vector<Firings> firings_;          ///< by bank
   std::vector<std::vector<Turn>> turns_;  ///< by bank, then by plausible step of the azimuth, the smallest first
   std::vector<Turn> mean_turns_;          ///< by bank; for the packet's mean step, which is no whole number
-  std::vector<Direction> directions_;     ///< indexed by azimuth, 0.01 degrees
   std::vector<LaserReturn> behind_;
   /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
   alignas(64) std::array<LaserReturn, kVelodyneBlocks * kFirings + 1> scratch_;
