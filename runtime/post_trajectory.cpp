@@ -236,6 +236,8 @@ Result<int> PostTrajectory::find_span(GpsTime near) {
   comparison_.records = file->counts().records;
   comparison_.left_out = file->counts().impossible + file->counts().out_of_order;
   comparison_.bytes_at_end = file->counts().bytes_at_end;
+  comparison_.accuracies_left_out = file->counts().impossible_accuracies;
+  comparison_.accuracy_bytes_at_end = file->counts().accuracy_bytes_at_end;
   return week;
 }
 
@@ -354,6 +356,8 @@ nlohmann::ordered_json TrajectoryComparison::json() const {
       {"records", records},
       {"records_left_out", left_out},
       {"bytes_at_end", bytes_at_end},
+      {"accuracies_left_out", accuracies_left_out},
+      {"accuracy_bytes_at_end", accuracy_bytes_at_end},
       {"begin", iso_utc(begin)},
       {"end", iso_utc(end)},
       {"has_sigma", has_sigma},
@@ -395,6 +399,11 @@ std::string TrajectoryComparison::text() const {
         "           {} of its records are impossible or out of order, and {} bytes at its end are no "
         "whole record; they are left out\n",
         left_out, bytes_at_end);
+  if (accuracies_left_out + accuracy_bytes_at_end > 0)
+    out += fmt::format(
+        "           {} records of its accuracies (SMRMSG) are impossible, and {} bytes at their end are no whole "
+        "record; they are left out\n",
+        accuracies_left_out, accuracy_bytes_at_end);
   if (begin > drive_begin || end < drive_end)
     out += fmt::format("           it covers {} to {} only; the drive lasted from {} to {}\n", iso_utc(begin),
                        iso_utc(end), iso_utc(drive_begin), iso_utc(drive_end));

@@ -27,9 +27,10 @@ struct TrajectoryStretch {
 /// minus the POS.
 struct TrajectoryComparison {
   std::string file;
-  std::uint64_t records = 0, left_out = 0, bytes_at_end = 0;  ///< of the whole file
-  GpsTime begin{}, end{};                                     ///< the time that it covers
-  GpsTime drive_begin{}, drive_end{};                         ///< the time of the POS's solutions
+  std::uint64_t records = 0, left_out = 0, bytes_at_end = 0;         ///< of the whole file
+  std::uint64_t accuracies_left_out = 0, accuracy_bytes_at_end = 0;  ///< of the file of its accuracies
+  GpsTime begin{}, end{};                                            ///< the time that it covers
+  GpsTime drive_begin{}, drive_end{};                                ///< the time of the POS's solutions
   bool has_sigma = false;
   std::string heading;  ///< how the heading was read, in words
   std::uint64_t compared = 0;

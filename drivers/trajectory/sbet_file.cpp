@@ -53,6 +53,7 @@ Result<SbetFile> SbetFile::open(const std::string& sbet, const std::string& smrm
   auto accuracy = InputFile::open(smrmsg);
   if (!accuracy.ok()) return accuracy.error();
   out.accuracies_.emplace(std::move(*accuracy), kAccuracyDoubles);
+  out.counts_.accuracy_bytes_at_end = out.accuracies_->rest();
   if (Status read = out.read_accuracy(); !read.ok()) return read.error();
   out.before_ = out.after_;
   if (Status read = out.read_accuracy(); !read.ok()) return read.error();
@@ -75,7 +76,7 @@ Status SbetFile::read_accuracy() {
                      accuracies_->path() +
                          ": begins with a negative or impossible number, so it is no SMRMSG: 10 doubles a record, "
                          "little endian, beginning with the second of the GPS week"};
-      ++counts_.impossible;
+      ++counts_.impossible_accuracies;
       continue;
     }
     const double second = continued_second(v[0], last_accuracy_);

@@ -93,6 +93,20 @@ TEST_F(Sbet, WhatIsOutOfOrderOrImpossibleIsLeftOutAndCounted) {
   EXPECT_EQ(file->counts().bytes_at_end, 7u);
 }
 
+TEST_F(Sbet, WhatIsLeftOutOfTheAccuraciesIsCountedApart) {
+  std::vector<double> broken = accuracy(11, 0.5);
+  broken[4] = -1;
+  auto file = SbetFile::open(write("a", {pose(10), pose(12), pose(14)}),
+                             write("b", {accuracy(10, 0.5), broken, accuracy(14, 0.5)}, 3));
+  ASSERT_TRUE(file.ok());
+  while (file->next().ok()) {
+  }
+  EXPECT_EQ(file->counts().records, 3u);
+  EXPECT_EQ(file->counts().impossible, 0u);
+  EXPECT_EQ(file->counts().impossible_accuracies, 1u);
+  EXPECT_EQ(file->counts().accuracy_bytes_at_end, 3u);
+}
+
 TEST_F(Sbet, SigmasAreThoseOfTheNearestRecordWithinTwoSeconds) {
   const std::string sbet = write("a", {pose(10), pose(11.4), pose(11.6), pose(14), pose(14.1)});
   auto file = SbetFile::open(sbet, write("b", {accuracy(11, 0.5), accuracy(12, 0.7)}));
