@@ -133,23 +133,27 @@ function(hueline_module name)
   endif()
 endfunction()
 
-# hueline_test(core_time SOURCES time_test.cpp DEPENDS hueline_core [LABELS x]): one GoogleTest program, one ctest entry a test.
-# OPTIMISED: it computes for long. HUELINE_DATA reaches the tests through tests/support/test_data.hpp.
+# hueline_test(core_time SOURCES time_test.cpp DEPENDS hueline_core [LABELS x]): one GoogleTest program, one ctest entry a suite
+# (cmake/test_suites.cmake). OPTIMISED: it computes for long. HUELINE_DATA reaches the tests through tests/support/test_data.hpp.
 function(hueline_test name)
-  cmake_parse_arguments(T "OPTIMISED" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(T "OPTIMISED" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
   add_executable(${name}_test ${T_SOURCES})
-  target_link_libraries(${name}_test PRIVATE ${T_DEPENDS} hueline_test_support GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name}_test PRIVATE ${T_DEPENDS} hueline_test_support hueline_test_main)
+  set(cost 1)
   if(T_OPTIMISED)
     hueline_precompile(${name}_test hueline_precompiled_optimised_test)
+    set(cost 100)  # ctest begins with what costs most: what takes long should not be left at the end
   else()
     target_link_libraries(${name}_test PRIVATE hueline_brief_options)
     hueline_precompile(${name}_test hueline_precompiled_test)
   endif()
-  if(NOT T_TIMEOUT)
-    set(T_TIMEOUT 300)
-  endif()
-  gtest_discover_tests(${name}_test TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 120 NO_PRETTY_VALUES
-                       PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${T_LABELS}")
+  set(suites ${CMAKE_CURRENT_BINARY_DIR}/${name}_suites.cmake)
+  add_custom_command(TARGET ${name}_test POST_BUILD BYPRODUCTS ${suites} VERBATIM
+                     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${name}_test> -D NAME=${name} -D COST=${cost} -D "LABELS=${T_LABELS}"
+                             -D FOLDER=${CMAKE_CURRENT_BINARY_DIR} -D SUITES=${suites} -P ${PROJECT_SOURCE_DIR}/cmake/test_suites.cmake)
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.cmake
+       "if(EXISTS \"${suites}\")\n  include(\"${suites}\")\nelse()\n  add_test(${name}_NOT_BUILT ${name}_NOT_BUILT)\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.cmake)
 endfunction()
 
 # Tests in real time run one at a time, and begin first. Beside them run patient tests, which compute for long and leave the processor to
