@@ -40,11 +40,11 @@ std::optional<UnixTime> second_of(std::span<const std::byte> date, bool has_shor
   const unsigned year = u8(date, 0);
   // A scanner whose clock follows PTP may give seconds since 1970 in the last five bytes, the highest first.
   if (year == 0 && !has_short_year) {
-    std::int64_t seconds = 0;
-    for (std::size_t i = 1; i < 6; ++i) seconds = seconds << 8U | u8(date, i);
+    std::int64_t count = 0;
+    for (std::size_t i = 1; i < 6; ++i) count = count << 8U | u8(date, i);
     // Nanoseconds of later years do not fit 64 bits; no clock of today is there.
     constexpr std::int64_t kYear2200 = 7'258'118'400;
-    return seconds > 0 && seconds < kYear2200 ? std::optional(UnixTime(std::chrono::seconds(seconds))) : std::nullopt;
+    return count > 0 && count < kYear2200 ? std::optional(UnixTime(std::chrono::seconds(count))) : std::nullopt;
   }
   UtcTime utc;
   utc.year = static_cast<int>(year) + (has_short_year && year < 100 ? 2000 : 1900);
