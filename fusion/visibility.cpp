@@ -18,7 +18,7 @@ static_assert((1 + TurnSkin::kMostNeighbours) * PresenceCount::kMost < 1U << 16)
 }  // namespace
 
 int Sightings::confidence_of_moving() const {
-  const int balance = 127 * (free - occupied) / (free + occupied + 1);
+  const int f = kFreeWeight * free, o = kOccupiedWeight * occupied, balance = 127 * (f - o) / (f + o + kFreeWeight);
   return is_moving() ? 128 + balance : free > 0 ? std::clamp(127 + balance, 1, 127) : 0;
 }
 

@@ -24,9 +24,11 @@ class WorkerPool;
 /// How many turns of a scanner found the place of a point free, and how many found something there; summed over the
 /// points beside it on the same surface.
 struct Sightings {
+  /// A beam that goes past proves more than one that ends nearby: that may have met something else.
+  static constexpr int kFreeWeight = 5, kOccupiedWeight = 4;
   std::uint16_t free = 0, occupied = 0;
   /// Whether the point belongs to something that moves.
-  bool is_moving() const { return free >= 2 && free > occupied; }
+  bool is_moving() const { return free >= 2 && kFreeWeight * free > kOccupiedWeight * occupied; }
   /// ColouredPoint::moving of the point: 128 or more if is_moving().
   int confidence_of_moving() const;
 };

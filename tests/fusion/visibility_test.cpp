@@ -65,6 +65,26 @@ class AlongAWall : public testing::Test {
   std::uint64_t number = 0;
 };
 
+TEST(Sightings, TheConfidenceSaysWhetherAPointMovesAndGrowsWithTheBeamsThatGoPast) {
+  for (std::uint16_t occupied = 0; occupied < 60; ++occupied) {
+    int before = 0;
+    for (std::uint16_t free = 0; free < 60; ++free) {
+      const Sightings sightings{free, occupied};
+      const int confidence = sightings.confidence_of_moving();
+      ASSERT_EQ(confidence >= 128, sightings.is_moving()) << free << " of " << free + occupied;
+      ASSERT_GE(confidence, before);
+      ASSERT_LE(confidence, 255);
+      before = confidence;
+    }
+  }
+  EXPECT_TRUE((Sightings{5, 5}).is_moving());
+  EXPECT_FALSE((Sightings{4, 5}).is_moving());
+  EXPECT_FALSE((Sightings{1, 0}).is_moving()) << "one beam may err";
+  constexpr std::uint16_t kMost = 25'000;  // of a point and its neighbours
+  EXPECT_EQ((Sightings{kMost, 0}).confidence_of_moving(), 254);
+  EXPECT_LT((Sightings{0, kMost}).confidence_of_moving(), 128);
+}
+
 TEST_F(AlongAWall, WhatDrivesIsToldFromWhatStands) {
   Visibility visibility(config);
   drive(3);
