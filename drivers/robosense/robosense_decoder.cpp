@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/azimuth_directions.hpp"
 #include "drivers/label_limit.hpp"
 
 namespace hueline::drivers {
@@ -366,7 +367,7 @@ std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, st
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
   const std::size_t together = has_both && !is_twice ? 2 : 1;
   const auto is_usable = [&](std::size_t block) {
-    return has_flag(bytes, block) && robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2) < 36000;
+    return has_flag(bytes, block) && robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2) < kAzimuthsOfCircle;
   };
   std::array<RobosenseKernel::Firings, kRobosenseBlocks> firings;
   std::size_t bad = 0, count = 0;

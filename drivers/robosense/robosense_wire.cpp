@@ -4,6 +4,8 @@
 #include <chrono>
 #include <numbers>
 
+#include "drivers/azimuth_directions.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -127,8 +129,8 @@ std::optional<RobosenseDescription> decode_robosense_description(std::span<const
   // A scanner that starts or stands still sends 0. No model turns so slowly that a packet would last for seconds.
   if (const unsigned rpm = robosense_u16(bytes, kSpeedAt); rpm >= kSlowestRpm) out.revolutions_hz = rpm / 60.0;
   const unsigned first = robosense_u16(bytes, kWindowAt), last = robosense_u16(bytes, kWindowAt + 2);
-  const unsigned seen = (last > first ? last : last + 36000) - first;
-  out.blind_rad = seen < 36000 ? (36000 - seen) * 0.01 * kRadPerDeg : 0;
+  const unsigned seen = (last > first ? last : last + kAzimuthsOfCircle) - first;
+  out.blind_rad = seen < kAzimuthsOfCircle ? (kAzimuthsOfCircle - seen) * 0.01 * kRadPerDeg : 0;
   out.is_dual = robosense_u8(bytes, kReturnsAt) == 0;
   const bool is_bpearl = model == RobosenseModel::Bpearl || model == RobosenseModel::Bpearl4;
   out.is_reversed = is_bpearl && robosense_u8(bytes, kReversedAt) != 0;

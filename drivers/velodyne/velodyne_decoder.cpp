@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/azimuth_directions.hpp"
 #include "drivers/velodyne/velodyne_kernel.hpp"
 
 namespace hueline::drivers {
@@ -32,7 +33,7 @@ constexpr nanoseconds kAgainWithin = std::chrono::seconds(1);
 constexpr std::uint32_t kLabelFrom_us = 5'000, kLabelTo_us = 900'000;
 constexpr std::int64_t kMaxLag_s = 2;
 
-constexpr int kCircle = 36000;  // in 0.01 degrees
+constexpr int kCircle = kAzimuthsOfCircle;
 
 /// The mirror's rate is measured between packets that are not farther apart, and believed up to the highest rate.
 constexpr nanoseconds kTurnMeasured = std::chrono::milliseconds(5);
