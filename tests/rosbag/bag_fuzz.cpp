@@ -59,9 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::vector<std::string> whole = recordings();
   if (size < 2) return 0;
   std::string file = whole[data[0] % whole.size()];
-  std::size_t edits = data[1] % 12u;  // few edits, so that much of the file stays whole
-  for (std::size_t at = 2; at + 3 <= size && edits > 0; at += 3, --edits)
-    file[(static_cast<std::size_t>(data[at]) << 8 | data[at + 1]) % file.size()] = static_cast<char>(data[at + 2]);
+  test::edit(file, data + 2, size - 2, data[1] % 12u);
   read_all(file);
   for (const auto encoding : {drivers::RosEncoding::Cdr, drivers::RosEncoding::Ros1}) {
     const auto message = std::as_bytes(std::span(data, size));

@@ -1,6 +1,5 @@
 // Reads any bytes as a cloud: PCD, PLY, rows of floats, and as a scan of each format. No crash, no endless loop, and no
 // more points than the bytes can hold. Then whole files of each kind with edits, which reach further code.
-#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <span>
@@ -99,9 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_all(std::string(reinterpret_cast<const char*>(data), size));
   if (size == 0) return 0;
   std::string file = files[data[0] % files.size()];
-  const std::size_t edits = data[0] / files.size() % 8;  // few, so that much of the file stays whole
-  for (std::size_t i = 1; i + 3 <= size && i < 1 + 3 * edits; i += 3)
-    file[(static_cast<std::size_t>(data[i]) << 8 | data[i + 1]) % file.size()] = static_cast<char>(data[i + 2]);
+  test::edit(file, data + 1, size - 1, data[0] / files.size() % 8);
   read_all(file);
   return 0;
 }

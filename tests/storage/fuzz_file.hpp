@@ -3,6 +3,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -33,6 +35,13 @@ class WrittenFile {
  private:
   std::string path_ = (std::filesystem::temp_directory_path() / "hueline-fuzz-XXXXXX").string();
 };
+
+/// Makes up to `most` edits of a file, three bytes of the fuzzer each: a place and a byte. Few edits leave much of the
+/// file whole, so that they reach code behind its header.
+inline void edit(std::string& file, const std::uint8_t* data, std::size_t size, std::size_t most) {
+  for (; size >= 3 && most > 0; data += 3, size -= 3, --most)
+    file[(static_cast<std::size_t>(data[0]) << 8 | data[1]) % file.size()] = static_cast<char>(data[2]);
+}
 
 /// A file in memory with a path, for readers that open files.
 class MemoryFile {

@@ -52,9 +52,7 @@ double fuzz_read_sum() { return read_sum; }
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string las = small_cloud(false), laz = small_cloud(true);
   std::string file = size && data[0] & 0x80 ? laz : las;
-  const std::size_t edits = size ? data[0] % 12u : 0;  // few edits, so that much of the file stays whole
-  for (std::size_t i = 1; i + 3 <= size && i < 1 + 3 * edits; i += 3)
-    file[(static_cast<std::size_t>(data[i]) << 8 | data[i + 1]) % file.size()] = static_cast<char>(data[i + 2]);
+  if (size) test::edit(file, data + 1, size - 1, data[0] % 12u);
   read_all(file);
   read_all(std::string(reinterpret_cast<const char*>(data), size));
   return 0;

@@ -21,12 +21,7 @@ using namespace hueline::storage;
 /// byte) of a small whole recording. The CRCs of its chunks are then corrected, so that the edits reach the records
 /// inside.
 std::string edited(std::string file, const std::uint8_t* data, std::size_t size) {
-  if (size == 0) return file;
-  std::size_t edits = data[0] % 12u;  // few edits, so that much of the file stays whole
-  for (++data, --size; size >= 3 && edits > 0; data += 3, size -= 3, --edits) {
-    const std::size_t at = (static_cast<std::size_t>(data[0]) << 8 | data[1]) % file.size();
-    file[at] = static_cast<char>(data[2]);
-  }
+  if (size) test::edit(file, data + 1, size - 1, data[0] % 12u);
   return file;
 }
 

@@ -62,11 +62,6 @@ void read_all(const std::string& sbet, const std::string& smrmsg) {
   require((counts.records + counts.out_of_order + counts.impossible) * kSbetBytes + counts.bytes_at_end == sbet.size());
 }
 
-void edit(std::string& file, const std::uint8_t* data, std::size_t size, std::size_t edits) {
-  for (std::size_t i = 0; i + 3 <= size && i < 3 * edits; i += 3)
-    file[(static_cast<std::size_t>(data[i]) << 8 | data[i + 1]) % file.size()] = static_cast<char>(data[i + 2]);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -76,8 +71,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_all(whole_sbet, any);
   if (size == 0) return 0;
   std::string sbet = whole_sbet, smrmsg = whole_smrmsg;
-  edit(sbet, data + 1, size - 1, data[0] % 8);
-  edit(smrmsg, data + size / 2, size - size / 2, data[0] / 8 % 8);
+  test::edit(sbet, data + 1, size - 1, data[0] % 8);
+  test::edit(smrmsg, data + size / 2, size - size / 2, data[0] / 8 % 8);
   sbet.resize(sbet.size() - (data[0] / 64) * 50u);  // the end is cut off
   read_all(sbet, smrmsg);
   return 0;
