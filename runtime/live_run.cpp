@@ -100,7 +100,7 @@ Status LiveRun::record_until_the_end() {
   constexpr std::chrono::milliseconds kInAHurry{500};
   std::optional<std::chrono::steady_clock::time_point> hurries_since;
   while (!record_.is_drained()) {
-    const auto packet = record_.pop_within(config_.pause_after);
+    const auto packet = record_.pop_within(config_.rest_every);
     const auto now = std::chrono::steady_clock::now();
     if (packet && hurries_) {
       if (!hurries_since) hurries_since = now;
@@ -111,7 +111,8 @@ Status LiveRun::record_until_the_end() {
         break;
       }
     }
-    const Status done = packet ? recorder_.take(**packet, now.time_since_epoch()) : recorder_.pause();
+    const Status done =
+        packet ? recorder_.take(**packet, now.time_since_epoch()) : recorder_.rest(now.time_since_epoch());
     recorded_bytes_.store(recorder_.bytes_written(), std::memory_order_relaxed);
     keep_news();
     if (done.ok()) {

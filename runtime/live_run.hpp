@@ -23,8 +23,8 @@ class LiveRun {
     /// Holds the data of some seconds of a stalled disk.
     PacketQueue::Limits record_queue{200'000, std::size_t{1} << 30};
     PacketQueue::Limits pipeline_queue{100'000, std::size_t{1} << 29};
-    /// If no packet comes for this long, the recorded data is written to the disk.
-    std::chrono::milliseconds pause_after{500};
+    /// If no packet comes for this long, the recorder looks whether what it has must be written.
+    std::chrono::milliseconds rest_every{20};
   };
   /// A device or file, and how it is read.
   struct Source {

@@ -6,16 +6,18 @@ Status Recorder::take(const Packet& packet, std::chrono::nanoseconds now) {
   if (packet.sequence > next_sequence_) gaps_.push_back({taken_, packet.sequence - next_sequence_});
   next_sequence_ = packet.sequence + 1;
   ++taken_;
-  is_resting_ = false;
   if (Status done = journal_->append(packet, now); !done) return done;
-  if (looked_ && now - *looked_ < kLookEvery) return {};
-  looked_ = now;
-  return look();
+  return look_sometimes(now);
 }
 
-Status Recorder::pause() {
-  if (std::exchange(is_resting_, true)) return {};
-  if (Status done = journal_->sync(); !done) return done;
+Status Recorder::rest(std::chrono::nanoseconds now) {
+  if (Status done = journal_->write_due(now); !done) return done;
+  return look_sometimes(now);
+}
+
+Status Recorder::look_sometimes(std::chrono::nanoseconds now) {
+  if (looked_ && now - *looked_ < kLookEvery) return {};
+  looked_ = now;
   return look();
 }
 

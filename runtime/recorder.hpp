@@ -20,13 +20,13 @@ class Recorder {
   /// kernel and to the medium, independently of the packets' stamps. The first error ends the recording: no packet may
   /// be given afterwards.
   Status take(const Packet& packet, std::chrono::nanoseconds now);
-  /// Writes what was taken to the medium. Call it when no packet has come for a while. Errors: those of take().
-  Status pause();
+  /// Writes what is due at `now`. Call it again and again while no packet comes. Errors: those of take().
+  Status rest(std::chrono::nanoseconds now);
   /// Writes everything to the medium, with summary and indexes.
   Status close();
 
   /// Returns why the recording is no longer where it was created: somebody deleted, moved or replaced it, though it is
-  /// still written. Ok if it is there. This is checked every second, when packets pause, and at the end.
+  /// still written. Ok if it is there. This is checked every second and at the end.
   const Status& place() const { return place_; }
   std::uint64_t packets_taken() const { return taken_; }
 
@@ -41,12 +41,12 @@ class Recorder {
 
  private:
   static constexpr std::chrono::nanoseconds kLookEvery = std::chrono::seconds(1);
+  Status look_sometimes(std::chrono::nanoseconds now);
   Status look();
   struct Gap {
     std::uint64_t packets_before, size;
   };
   std::unique_ptr<storage::SegmentedJournal> journal_;
-  bool is_resting_ = false;
   std::optional<std::chrono::nanoseconds> looked_;  // by the clock of take()
   std::uint64_t taken_ = 0, next_sequence_ = 0;
   std::vector<Gap> gaps_;  // gaps in the sequences

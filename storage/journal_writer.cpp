@@ -75,7 +75,7 @@ Status JournalWriter::append(const Packet& packet, nanoseconds now) {
     return Error{ErrorCode::Invalid, "sensor " + std::to_string(packet.sensor) + " is not in the recording's header"};
   Counts& counts = counts_[packet.sensor];
   if (writer_.bytes_waiting() == 0) chunk_begun_ = now;
-  if (now - *chunk_begun_ >= config_.chunk_time) {
+  if (is_chunk_old(now)) {
     if (Status flushed = writer_.flush(); !flushed) {
       ++counts.refused;
       return flushed;
@@ -92,11 +92,25 @@ Status JournalWriter::append(const Packet& packet, nanoseconds now) {
   }
   ++counts.packets;
   counts.payload_bytes += packet.bytes.size();
-  if (config_.sync_interval == nanoseconds(0)) return {};
   if (!last_sync_) last_sync_ = now;
-  if (now - *last_sync_ < config_.sync_interval) return {};
+  return is_sync_due(now) ? sync_at(now) : Status();
+}
+
+bool JournalWriter::is_chunk_old(nanoseconds now) const { return now - *chunk_begun_ >= config_.chunk_time; }
+
+bool JournalWriter::is_sync_due(nanoseconds now) const {
+  return config_.sync_interval > nanoseconds(0) && now - *last_sync_ >= config_.sync_interval;
+}
+
+Status JournalWriter::sync_at(nanoseconds now) {
   last_sync_ = now;
   return writer_.sync();
+}
+
+Status JournalWriter::write_due(nanoseconds now) {
+  const bool waits = writer_.bytes_waiting() > 0;
+  if (last_sync_ && is_sync_due(now) && (waits || packets_on_medium() < packets_written())) return sync_at(now);
+  return waits && is_chunk_old(now) ? writer_.flush() : Status();
 }
 
 }  // namespace hueline::storage

@@ -22,13 +22,14 @@ class JournalWriter {
   struct Config {
     Compression compression = Compression::None;  ///< images cannot be compressed as fast as they arrive
     std::uint64_t chunk_bytes = 4u << 20;         ///< see McapWriter::Config
-    /// Longest time until data is handed to the kernel. A program that is killed loses at most the data of this time.
-    /// This time and `sync_interval` are measured by the clock that append() is told. They are not measured by the
-    /// packets' stamps, which come from devices: a promise to the user must not depend on those.
-    nanoseconds chunk_time = std::chrono::milliseconds(500);
-    /// Longest time until data is forced to the medium. A power cut loses at most the data of this time. 0: only sync()
-    /// and close() force it.
-    nanoseconds sync_interval = std::chrono::seconds(2);
+    /// Longest time until data is handed to the kernel, if append() or write_due() is called then. A program that is
+    /// killed loses at most the data of this time. This time and `sync_interval` are measured by the clock that
+    /// append() is told. They are not measured by the packets' stamps, which come from devices: a promise to the user
+    /// must not depend on those.
+    nanoseconds chunk_time = std::chrono::milliseconds(80);
+    /// Longest time until data is forced to the medium, likewise. A power cut loses at most the data of this time, and
+    /// of the time that the disk then takes. 0: only sync() and close() force it.
+    nanoseconds sync_interval = std::chrono::milliseconds(1500);
     IfExists if_exists = IfExists::Refuse;
     std::string validate() const;
   };
@@ -49,7 +50,9 @@ class JournalWriter {
   /// Takes a packet. `now` is the time of any clock that does not step. Errors: Invalid if the sensor is not in the
   /// header; Io if the file could not be written, now or earlier.
   Status append(const Packet& packet, nanoseconds now);
-  /// Hands everything so far to the kernel. Call it when packets pause.
+  /// Does what is due at `now` while no packet comes: hands data to the kernel, or forces it to the medium.
+  Status write_due(nanoseconds now);
+  /// Hands everything so far to the kernel.
   Status flush() { return writer_.flush(); }
   /// Writes everything so far to the medium.
   Status sync() { return writer_.sync(); }
@@ -74,6 +77,9 @@ class JournalWriter {
  private:
   JournalWriter(McapWriter writer, std::size_t sensors, const Config& config)
       : writer_(std::move(writer)), config_(config), counts_(sensors) {}
+  bool is_chunk_old(nanoseconds now) const;
+  bool is_sync_due(nanoseconds now) const;
+  Status sync_at(nanoseconds now);
 
   McapWriter writer_;
   Config config_;

@@ -26,6 +26,11 @@ void RecordingConfig::visit(Keys& keys) {
       ring_h, {0, 1e5});
   keys.number({"mark_before_min", "min", "What a ring keeps of the time before a mark."}, mark_before_min, {0, 1e5});
   keys.number({"mark_after_min", "min", "What a ring keeps of the time after a mark."}, mark_after_min, {0, 1e5});
+  keys.number(
+      {"power_cut_s", "s",
+       "A power cut loses at most the data of this time. It is forced to the disk's medium after three quarters "
+       "of it, and the disk has the last quarter for that."},
+      power_cut_s, {0.1, 600});
   keys.texts({"volumes", "",
               "Folders on other disks, where the recording goes on when less than 64 MB are left on its own disk, or "
               "when that disk fails. The drive's folder then has symbolic links to those segments.",
@@ -54,6 +59,7 @@ SegmentedJournal::Config RecordingConfig::journal(std::string name) const {
   out.mark_before = from_seconds(mark_before_min * 60);
   out.mark_after = from_seconds(mark_after_min * 60);
   out.volumes.assign(volumes.begin(), volumes.end());
+  out.segment.sync_interval = from_seconds(0.75 * power_cut_s);
   out.recording = std::move(name);
   return out;
 }

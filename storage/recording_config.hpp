@@ -16,6 +16,7 @@ struct RecordingConfig {
   double segment_min = 0;      ///< longest minutes of a segment; 0: any
   double ring_gb = 0;          ///< most GB of all segments; 0: everything is kept
   double ring_h = 0;           ///< hours that are kept; 0: everything is kept
+  double power_cut_s = 2;      ///< most seconds that a power cut may lose
   double mark_before_min = 5;  ///< minutes before an operator's mark that a ring keeps
   double mark_after_min = 5;   ///< the same after it
   std::vector<std::string> volumes;

@@ -114,6 +114,13 @@ Status SegmentedJournal::append(const Packet& packet, nanoseconds now) {
   return done.ok() ? done : leave_failed_volume(now, done);
 }
 
+Status SegmentedJournal::write_due(nanoseconds now) {
+  const Status done = writer_->write_due(now);
+  if (config_.volumes.empty()) return done;
+  trim_waiting();
+  return done.ok() ? done : leave_failed_volume(now, done);
+}
+
 /// Goes on, on the next volume, with the packets that this one did not take.
 Status SegmentedJournal::leave_failed_volume(nanoseconds now, const Status& why) {
   Status last = why;

@@ -58,6 +58,7 @@ class SegmentedJournal {
 
   /// See JournalWriter. An error means that no volume takes the packet.
   Status append(const Packet& packet, nanoseconds now);
+  Status write_due(nanoseconds now);
   Status flush() { return writer_->flush(); }
   Status sync() { return writer_->sync(); }
   Status check_place() { return writer_->check_place(); }

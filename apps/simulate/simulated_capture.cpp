@@ -10,6 +10,7 @@
 #include "runtime/live_run.hpp"
 #include "runtime/recorder.hpp"
 #include "runtime/recording.hpp"
+#include "storage/recording_config.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -68,9 +69,9 @@ class Steps {
   void close(SimulatedCapture& out) {
     out.death = disk_.is_dead() ? disk_.death() : sim::FaultyDisk::Death::None;
     if (out.death != sim::FaultyDisk::Death::None) {
-      const storage::JournalWriter::Config promise;
-      const nanoseconds span =
-          out.death == sim::FaultyDisk::Death::PowerCut ? promise.sync_interval : promise.chunk_time;
+      const nanoseconds span = out.death == sim::FaultyDisk::Death::PowerCut
+                                   ? from_seconds(storage::RecordingConfig().power_cut_s)
+                                   : storage::JournalWriter::Config().chunk_time;
       // Arrivals are slightly out of order, because a pulse is stamped before it is reported.
       constexpr nanoseconds kDisorder = std::chrono::milliseconds(1);
       for (const auto& one : accepted_)

@@ -87,10 +87,8 @@ TEST(LiveRun, FlushesWhatItHasWhileADeviceIsSlowToLeave) {
     std::vector<LiveRun::Source> sources;
     sources.push_back({1, "quiet", std::make_unique<Quiet>(3), {}, false});
     sources.push_back({2, "stuck", std::make_unique<Stuck>(is_stuck, let_go), {}, false});
-    LiveRun::Config config;
-    config.pause_after = 20ms;
     LiveRun run(
-        std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, config);
+        std::move(sources), journal_at(dir / "drive.mcap"), [](const Packet&) {}, LiveRun::Config());
     run.start();
     ASSERT_TRUE(comes_true([&] { return run.ingest().counts(1).packets == 3 && is_stuck; }));
     std::jthread ending([&] { run.stop(); });

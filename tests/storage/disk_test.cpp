@@ -132,6 +132,39 @@ TEST(FailingDisk, SyncsGoByTheRecordersClockAndNotByStamps) {
   }
 }
 
+TEST(FailingDisk, WhatWaitsIsWrittenInTimeThoughNoPacketComes) {
+  const TemporaryFolder folder;
+  Answers answers;
+  AnsweringDisk disk(answers);
+  const auto packets = packets_of_time();
+  JournalWriter::Config config;
+  config.chunk_time = std::chrono::milliseconds(80);
+  config.sync_interval = std::chrono::seconds(2);
+  auto writer = JournalWriter::create(folder / "drive.mcap", sample_header(), config, disk);
+  ASSERT_TRUE(writer);
+  const int syncs = answers.syncs;
+  const nanoseconds begin = time_of(packets[0]);
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(writer->append(packets[i], time_of(packets[i])));
+  int after_ms = 20;
+  const auto rest_until = [&](int end_ms) {
+    for (; after_ms < end_ms; after_ms += 20)
+      ASSERT_TRUE(writer->write_due(begin + std::chrono::milliseconds(after_ms)));
+  };
+  rest_until(80);
+  EXPECT_EQ(packets_in(folder / "drive.mcap"), 0u) << "too early: it would be a chunk for each packet";
+  rest_until(100);
+  EXPECT_EQ(packets_in(folder / "drive.mcap"), 3u) << "a kill after 0.1 s loses nothing";
+  rest_until(2000);
+  EXPECT_EQ(answers.syncs, syncs) << "too early";
+  rest_until(2020);
+  EXPECT_EQ(answers.syncs, syncs + 1);
+  EXPECT_EQ(writer->packets_on_medium(), 3u);
+  const int appends = answers.appends;
+  rest_until(10'000);
+  EXPECT_EQ(answers.syncs, syncs + 1) << "there is nothing that a disk could be woken for";
+  EXPECT_EQ(answers.appends, appends);
+}
+
 TEST(FailingDisk, AFullDiskKeepsWhatIsWholeOnTheMedium) {
   const TemporaryFolder folder;
   const auto packets = packets_of_time();

@@ -167,7 +167,7 @@ nlohmann::json refused(const std::string& log, std::string& said, const std::str
   return summary;
 }
 /// Returns a recording's packets with all that the journal holds of them, in its order. The bytes of two recordings may
-/// differ all the same, because a chunk ends after half a second of the computer's time.
+/// differ all the same, because a chunk ends after 0.08 s of the computer's time.
 std::vector<std::tuple<SensorId, PacketKind, bool, std::uint64_t, HostTime, std::string>> packets_of(
     const std::filesystem::path& file) {
   std::vector<std::tuple<SensorId, PacketKind, bool, std::uint64_t, HostTime, std::string>> out;
