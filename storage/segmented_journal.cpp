@@ -237,7 +237,7 @@ Status SegmentedJournal::split(nanoseconds now, std::size_t least_volume, bool i
     if (before.removed.empty() && !old.empty())
       news_.push_back(
           {false, "the ring is full: from now on it removes the oldest segments, but not what is around marks"});
-    remove(old);
+    let_go(old);
     return {};
   }
   link_ = present_link;
@@ -275,19 +275,29 @@ std::vector<std::uint32_t> SegmentedJournal::too_old() const {
   return out;
 }
 
-void SegmentedJournal::remove(const std::vector<std::uint32_t>& numbers) {
+void SegmentedJournal::let_go(const std::vector<std::uint32_t>& numbers) {
   for (const std::uint32_t number : numbers) {
     const auto one = std::ranges::find(closed_, number, &Closed::number);
-    int result = disk_->remove(one->file);
-    if (result == 0 && !one->link.empty()) result = disk_->remove(one->link);
-    if (result != 0 && result != -ENOENT)
-      tell_once(told_removal_, output_error("remove the ring's " + one->file.string(), -result).message);
+    leaving_.push_back(std::move(*one));
     closed_.erase(one);
   }
+  remove_leaving();
+}
+
+/// Removes what the ring has let go. What the disk refuses is tried again at the next split and at the end.
+void SegmentedJournal::remove_leaving() {
+  std::erase_if(leaving_, [&](const Closed& one) {
+    int result = disk_->remove(one.file);
+    if ((result == 0 || result == -ENOENT) && !one.link.empty()) result = disk_->remove(one.link);
+    if (result == 0 || result == -ENOENT) return true;
+    tell_once(told_removal_, output_error("remove the ring's " + one.file.string(), -result).message);
+    return false;
+  });
 }
 
 Status SegmentedJournal::close() {
   const Status closed = writer_->close();
+  remove_leaving();
   return first_error_.ok() ? closed : first_error_;
 }
 

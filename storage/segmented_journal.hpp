@@ -100,7 +100,8 @@ class SegmentedJournal {
   Status leave_failed_volume(nanoseconds now, const Status& why);
   void close_segment(bool is_rest_kept);
   std::vector<std::uint32_t> too_old() const;
-  void remove(const std::vector<std::uint32_t>& numbers);
+  void let_go(const std::vector<std::uint32_t>& numbers);
+  void remove_leaving();
   void note(const Packet& packet);
   void trim_waiting();
   void tell_once(bool& is_told, std::string text);
@@ -115,6 +116,7 @@ class SegmentedJournal {
   SegmentPlace place_;
   std::uint64_t bytes_before_ = 0, packets_before_ = 0, on_medium_before_ = 0;  // of the segments before this one
   std::deque<Closed> closed_;
+  std::vector<Closed> leaving_;  // that the disk did not let go yet
   std::uint64_t failed_splits_ = 0;
   bool told_split_ = false, told_close_ = false, told_removal_ = false;
   std::vector<News> news_;
