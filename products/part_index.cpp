@@ -7,7 +7,7 @@
 #include "core/utc_text.hpp"
 #include "products/cloud_split.hpp"
 #include "products/text_file.hpp"
-#include "storage/map_operation.hpp"
+#include "storage/proj_context.hpp"
 
 namespace hueline::products {
 namespace {
@@ -15,8 +15,7 @@ namespace {
 /// From a projected CRS to longitude and latitude on its own datum, deg.
 class ToGeographic {
  public:
-  explicit ToGeographic(const std::string& wkt) : context_(proj_context_create()) {
-    proj_log_level(context_.get(), PJ_LOG_NONE);
+  explicit ToGeographic(const std::string& wkt) {
     const storage::ProjObject crs(proj_create(context_.get(), wkt.c_str()));
     if (!crs) return;
     const storage::ProjObject flat(proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS
@@ -28,6 +27,7 @@ class ToGeographic {
         proj_create_crs_to_crs_from_pj(context_.get(), flat.get(), datum.get(), nullptr, nullptr));
     if (operation) operation_.reset(proj_normalize_for_visualization(context_.get(), operation.get()));
   }
+  Status database() const { return context_.database(); }
   explicit operator bool() const { return operation_ != nullptr; }
   std::array<double, 2> operator()(double x, double y) const {
     const PJ_COORD out = proj_trans(operation_.get(), PJ_FWD, proj_coord(x, y, 0, 0));
@@ -46,6 +46,7 @@ Status write_part_index(const std::filesystem::path& path, const std::vector<Clo
   auto file = TextFile::create(path);
   if (!file) return file.error();
   const ToGeographic to_geographic(wkt);
+  if (Status database = to_geographic.database(); !database.ok()) return database;
   file->add("{\"type\":\"FeatureCollection\",\"features\":[");
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const CloudPart& part = parts[i];

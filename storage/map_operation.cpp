@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -131,21 +132,19 @@ int utm_epsg(const Geodetic& place) {
 
 Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig& config, double epoch) {
   MapOperation out;
-  out.context_.reset(proj_context_create());
   PJ_CONTEXT* const context = out.context_.get();
-  proj_log_level(context, PJ_LOG_NONE);
-  proj_context_set_enable_network(context, 0);  // a grid that may be there one day and not the next
   const bool is_utm = config.crs == "utm";
   out.crs_ = is_utm ? fmt::format("EPSG:{}", utm_epsg(place)) : config.crs;
+  // What PROJ has not read is the reason for everything that follows from it.
+  const auto refused = [&](const std::string& why) {
+    const Status database = out.context_.database();
+    return database.ok() ? Error{ErrorCode::Invalid, why} : database.error();
+  };
   const auto invalid = [&](const std::string& why) {
-    return Error{ErrorCode::Invalid, out.crs_ + (is_utm ? " (UTM zone of the drive) " : " ") + why};
+    return refused(out.crs_ + (is_utm ? " (UTM zone of the drive) " : " ") + why);
   };
   const ProjObject crs(proj_create(context, out.crs_.c_str()));
-  if (!crs) {
-    if (!ProjObject(proj_create(context, "EPSG:4979")))
-      return Error{ErrorCode::Unavailable, "PROJ's database is missing (package proj-data)"};
-    return invalid("is not known to PROJ: give the code of a projected CRS, or utm");
-  }
+  if (!crs) return invalid("is not known to PROJ: give the code of a projected CRS, or utm");
   const bool is_compound = proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS;
   const ProjObject horizontal(is_compound ? proj_crs_get_sub_crs(context, crs.get(), 0)
                                           : proj_clone(context, crs.get()));
@@ -161,7 +160,7 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
     source.reset(proj_create(context, config.datum.c_str()));
     const PJ_TYPE type = source ? proj_get_type(source.get()) : PJ_TYPE_UNKNOWN;
     if (type != PJ_TYPE_GEOGRAPHIC_2D_CRS && type != PJ_TYPE_GEOGRAPHIC_3D_CRS)
-      return Error{ErrorCode::Invalid, fmt::format("cloud.datum: {} is not a geographic CRS", config.datum)};
+      return refused(fmt::format("cloud.datum: {} is not a geographic CRS", config.datum));
     if (type == PJ_TYPE_GEOGRAPHIC_2D_CRS) source.reset(proj_crs_promote_to_3D(context, nullptr, source.get()));
   } else if (own) {
     source.reset(proj_clone(context, own.get()));
@@ -213,6 +212,7 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
       return invalid(fmt::format("cannot show latitude {:.4f}, longitude {:.4f}{}", place.latitude * kDegPerRad,
                                  place.longitude * kDegPerRad,
                                  out.to_geoid_ ? ", or cloud.geoid has no height there" : ""));
+  if (Status database = out.context_.database(); !database.ok()) return database.error();
   return out;
 }
 

@@ -1,24 +1,15 @@
 #pragma once
 
-#include <proj.h>
-
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "core/geodesy.hpp"
 #include "core/result.hpp"
 #include "storage/map_config.hpp"
+#include "storage/proj_context.hpp"
 #include "storage/transverse_mercator.hpp"
 
 namespace hueline::storage {
-
-struct FreeProj {
-  void operator()(PJ* p) const { proj_destroy(p); }
-  void operator()(PJ_CONTEXT* p) const { proj_context_destroy(p); }
-};
-using ProjObject = std::unique_ptr<PJ, FreeProj>;
-using ProjContext = std::unique_ptr<PJ_CONTEXT, FreeProj>;
 
 /// The way from the POS's positions to the map, as PROJ finds it. PROJ calculates it too, but for a transverse Mercator
 /// map on the positions' own datum: TransverseMercator gives the same bits on every machine. No network and no guess:
@@ -27,7 +18,7 @@ using ProjContext = std::unique_ptr<PJ_CONTEXT, FreeProj>;
 class MapOperation {
  public:
   /// `epoch` is the decimal year of the drive, which counts if MapConfig::epoch is 0. Errors: Invalid, with a sentence
-  /// that says what to do; Unavailable if PROJ's database is missing.
+  /// that says what to do; Unavailable if PROJ's database is missing or cannot be read.
   static Result<MapOperation> create(const Geodetic& place, const MapConfig& config, double epoch);
 
   /// Returns {easting, northing, height}; not finite if the place cannot be shown.

@@ -7,10 +7,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "core/angle.hpp"
+#include "storage/proj_context.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -153,6 +156,28 @@ TEST(MapConfig, TellsKeysThatAreWrong) {
   EXPECT_EQ((MapConfig{.epoch = 20}).validate().key, "epoch");
   EXPECT_EQ((MapConfig{.datum = "ETRS89"}).validate().key, "datum");
   EXPECT_EQ((MapConfig{.crs = "EPSG:25832+7837", .geoid = "a.gtx"}).validate().key, "geoid");
+}
+
+TEST(MapOperation, RefusesADatabaseThatCannotBeRead) {
+  const ProjContext whole;
+  const char* const database = proj_context_get_database_path(whole.get());
+  ASSERT_NE(database, nullptr);
+  const std::string bytes = test::contents(database);
+  ASSERT_GT(bytes.size(), 1'000'000u);
+  const test::TemporaryFolder folder;
+  // Its catalogue is whole and its tables are not, as when a disk fails in its middle; and without a whole catalogue.
+  for (const std::size_t whole_bytes : {std::size_t{200'000}, std::size_t{100}}) {
+    test::write_file(folder / "proj.db", bytes.substr(0, whole_bytes) + std::string(bytes.size() - whole_bytes, '\0'));
+    ::setenv("PROJ_LIB", folder.path().c_str(), 1);  // PROJ_DATA is its newer name
+    ::setenv("PROJ_DATA", folder.path().c_str(), 1);
+    const auto refused = MapOperation::create(place(50.11, 8.68), {.crs = "EPSG:25832"}, 2026);
+    ::unsetenv("PROJ_LIB");
+    ::unsetenv("PROJ_DATA");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::Unavailable) << refused.error().message;
+    EXPECT_THAT(refused.error().message, HasSubstr("PROJ's database (package proj-data) is missing or cannot be read"));
+  }
+  EXPECT_TRUE(MapOperation::create(place(50.11, 8.68), {.crs = "EPSG:25832"}, 2026).ok());
 }
 
 }  // namespace
