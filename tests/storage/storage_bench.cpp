@@ -47,6 +47,24 @@ std::vector<Packet> one_second() {
   return packets;
 }
 
+/// Returns ten seconds of a drive (brief: one), which are more than what stays in caches.
+std::vector<Packet> ten_seconds() {
+  std::vector<Packet> packets;
+  for (std::uint64_t second = 0; second < test::sized(10u, 1u); ++second)
+    for (Packet packet : one_second()) {
+      packet.sequence = packets.size();
+      packet.received += std::chrono::seconds(second);
+      packets.push_back(std::move(packet));
+    }
+  return packets;
+}
+
+std::uint64_t payload_bytes(const std::vector<Packet>& packets) {
+  std::uint64_t bytes = 0;
+  for (const Packet& p : packets) bytes += p.bytes.size();
+  return bytes;
+}
+
 double seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
 
 /// Writes the same bytes by the same number of write(2) calls, then calls fdatasync.
@@ -96,8 +114,7 @@ void expect_written(benchmark::State& state, const std::filesystem::path& path, 
 void journal_against_plain_write(benchmark::State& state) {
   const auto packets = one_second();
   const auto path = file(".bin");
-  std::uint64_t bytes = 0;
-  for (const Packet& p : packets) bytes += p.bytes.size();
+  const std::uint64_t bytes = payload_bytes(packets);
   double plain = 0, journal = 0;
   (void)plain_write(path, packets);
   test::expect(state, std::filesystem::file_size(path) == bytes, "the plain way writes the same bytes");
@@ -119,15 +136,8 @@ BENCHMARK(journal_against_plain_write)->UseManualTime()->Iterations(test::sized(
 /// Processor time of a recording that is larger than what stays in caches, as a share of a core at 300 MB/s of images,
 /// beside that of plain writes of the same bytes in the same run.
 void journal_processor_time(benchmark::State& state) {
-  std::vector<Packet> packets;
-  std::uint64_t bytes = 0;
-  for (std::uint64_t second = 0; second < test::sized(10u, 1u); ++second)
-    for (Packet packet : one_second()) {
-      packet.sequence = packets.size();
-      packet.received += std::chrono::seconds(second);
-      bytes += packet.bytes.size();
-      packets.push_back(std::move(packet));
-    }
+  const auto packets = ten_seconds();
+  const std::uint64_t bytes = payload_bytes(packets);
   const auto path = file(".bin");
   // One second of 300 MB; std::clock() counts the time of all threads, with the kernel's.
   const auto share = [&](std::clock_t from) {
@@ -154,6 +164,53 @@ void journal_processor_time(benchmark::State& state) {
   state.counters["journal_MB/s"] = static_cast<double>(bytes) * 1e-6 * runs / took;
 }
 BENCHMARK(journal_processor_time)->UseManualTime()->Iterations(test::sized(3, 1))->Unit(benchmark::kMillisecond);
+
+/// Returns the bytes a second at which fio writes a new file in large pieces past the page cache, with the last sync; 0
+/// if it failed.
+double fio_rate(const std::filesystem::path& path, std::uint64_t bytes) {
+  const std::string command =
+      "fio --name=write --rw=write --bs=4M --direct=1 --ioengine=psync --fallocate=none --end_fsync=1 "
+      "--output-format=json --filename=" +
+      path.string() + " --size=" + std::to_string(bytes);
+  std::string said;
+  std::FILE* fio = ::popen(command.c_str(), "r");
+  if (fio == nullptr) return 0;
+  char text[4096];
+  while (const std::size_t size = std::fread(text, 1, sizeof text, fio)) said.append(text, size);
+  const std::size_t write = said.find("\"write\" :"), rate = said.find("\"bw_bytes\" :", write);
+  return ::pclose(fio) == 0 && rate != std::string::npos ? std::strtod(said.c_str() + rate + 12, nullptr) : 0;
+}
+
+/// ratio: speed of recording three gigabytes divided by that of fio, alternately in the same run and the same folder.
+void journal_against_fio(benchmark::State& state) {
+  const auto packets = ten_seconds();
+  const std::uint64_t bytes = payload_bytes(packets);
+  const auto path = file(".bin");
+  double fio = 0, journal = 0;
+  for (auto _ : state) {
+    std::filesystem::remove(path);
+    const double rate = fio_rate(path, bytes);
+    test::expect(state, rate > 0 && std::filesystem::file_size(path) / 4096 == bytes / 4096,
+                 "fio writes as many bytes");
+    fio += static_cast<double>(bytes) / rate;
+    std::filesystem::remove(path);
+    const double took = journal_write(path, packets, Compression::None);
+    journal += took;
+    state.SetIterationTime(took);
+  }
+  expect_written(state, path, packets);
+  std::filesystem::remove(path);
+  const double megabytes = static_cast<double>(bytes) * 1e-6 * static_cast<double>(state.iterations());
+  state.counters["ratio"] = fio / journal;
+  state.counters["fio_MB/s"] = megabytes / fio;
+  state.counters["journal_MB/s"] = megabytes / journal;
+}
+/// Where fio is not installed, there is nothing to compare with.
+const bool compares_with_fio = std::system("command -v fio >/dev/null") == 0 &&
+                               benchmark::RegisterBenchmark("journal_against_fio", journal_against_fio)
+                                       ->UseManualTime()
+                                       ->Iterations(test::sized(5, 1))
+                                       ->Unit(benchmark::kMillisecond) != nullptr;
 
 /// Measures the cost of a packet, with small packets only.
 void journal_small_packets(benchmark::State& state) {
