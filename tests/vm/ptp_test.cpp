@@ -145,5 +145,65 @@ TEST_P(Ptp, WhatIsNoPtpClockIsRefusedAndOneThatIsGoneIsTold) {
 
 INSTANTIATE_TEST_SUITE_P(Kernel, Ptp, testing::Values(0, 1, 2));
 
+/// A clock that linuxptp's phc2sys keeps at TAI: it steps the clock and changes its rate all the time.
+class PtpPeer : public Ptp {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v phc2sys >/dev/null") != 0) GTEST_SKIP() << "linuxptp is not installed";
+    Ptp::SetUp();
+    sh("phc2sys -s CLOCK_REALTIME -c /dev/ptp0 -O 37 -m >/tmp/phc2sys.txt 2>&1 & echo $! >/tmp/phc2sys.pid");
+  }
+  void TearDown() override {
+    if (IsSkipped()) return;
+    sh("kill $(cat /tmp/phc2sys.pid); while kill -0 $(cat /tmp/phc2sys.pid) 2>/dev/null; do sleep 0.1; done");
+    Ptp::TearDown();
+  }
+  /// By how much the wall clock is ahead of CLOCK_MONOTONIC_RAW.
+  static nanoseconds wall_ahead() {
+    nanoseconds best = nanoseconds::max(), ahead{};
+    for (int i = 0; i < 20; ++i) {
+      timespec before{}, wall{}, after{};
+      ::clock_gettime(CLOCK_MONOTONIC_RAW, &before);
+      ::clock_gettime(CLOCK_REALTIME, &wall);
+      ::clock_gettime(CLOCK_MONOTONIC_RAW, &after);
+      const auto ns = [](const timespec& t) { return seconds(t.tv_sec) + nanoseconds(t.tv_nsec); };
+      if (ns(after) - ns(before) >= best) continue;
+      best = ns(after) - ns(before);
+      ahead = ns(wall) - ns(before) - best / 2;
+    }
+    return ahead;
+  }
+};
+
+TEST_P(PtpPeer, SecondsOfAClockThatLinuxptpKeepsAreThoseOfUtc) {
+  PtpClock clock(kPath);
+  ASSERT_TRUE(clock.open().ok());
+  PtpDecoder decoder(PtpScale::Tai);
+  (void)hear(clock, decoder, seconds(6));  // until phc2sys has found the rate
+  const Heard heard = hear(clock, decoder, seconds(6));
+  const nanoseconds ahead = wall_ahead();
+  ASSERT_GE(heard.edges.size(), 4u);
+  ASSERT_EQ(heard.labels.size(), heard.edges.size());
+  std::vector<double> off_us;
+  for (std::size_t i = 0; i < heard.edges.size(); ++i) {
+    // The wall clock of this guest is UTC as far as anybody here knows.
+    constexpr seconds kUnixOfGps{315'964'800};
+    constexpr seconds kLeap{18};
+    const nanoseconds unix_time = heard.labels[i].second.time_since_epoch() + kUnixOfGps - kLeap;
+    EXPECT_TRUE(heard.labels[i].is_valid);
+    off_us.push_back(
+        std::abs(static_cast<double>((heard.edges[i].edge.time_since_epoch() + ahead - unix_time).count())) * 1e-3);
+  }
+  std::ranges::sort(off_us);
+  std::printf("kept by linuxptp: edges off by %.3f us (median), %.3f us (largest) of %zu; it says:\n",
+              off_us[off_us.size() / 2], off_us.back(), off_us.size());
+  std::fflush(stdout);
+  sh("tail -3 /tmp/phc2sys.txt");
+  // Two programs read clocks of an emulated computer, each with its own delays.
+  EXPECT_LT(off_us[off_us.size() / 2], 50);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kernel, PtpPeer, testing::Values(1));
+
 }  // namespace
 }  // namespace hueline::drivers
