@@ -77,7 +77,7 @@ sed 's/,4096,2048,/,4096,1000,/' big/panoramas.csv >odd.csv
 ends 3 measure --picks in_panorama.csv --panoramas odd.csv
 says "odd.csv:2: width_px is not twice height_px"
 
-told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 60 "$hueline" panorama "$@"; says "$sentence"; }
+told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 600 "$hueline" panorama "$@"; says "$sentence"; }
 simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x
 told 2 "out is required" $simulated
