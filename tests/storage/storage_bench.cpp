@@ -165,8 +165,10 @@ void journal_processor_time(benchmark::State& state) {
 }
 BENCHMARK(journal_processor_time)->UseManualTime()->Iterations(test::sized(3, 1))->Unit(benchmark::kMillisecond);
 
+constexpr std::uint64_t kFioPiece = 4u << 20;
+
 /// Returns the bytes a second at which fio writes a new file in large pieces past the page cache, with the last sync; 0
-/// if it failed.
+/// if it failed. `bytes` must be whole pieces.
 double fio_rate(const std::filesystem::path& path, std::uint64_t bytes) {
   const std::string command =
       "fio --name=write --rw=write --bs=4M --direct=1 --ioengine=psync --fallocate=none --end_fsync=1 "
@@ -184,14 +186,13 @@ double fio_rate(const std::filesystem::path& path, std::uint64_t bytes) {
 /// ratio: speed of recording three gigabytes divided by that of fio, alternately in the same run and the same folder.
 void journal_against_fio(benchmark::State& state) {
   const auto packets = ten_seconds();
-  const std::uint64_t bytes = payload_bytes(packets);
+  const std::uint64_t bytes = payload_bytes(packets), whole_pieces = bytes / kFioPiece * kFioPiece;
   const auto path = file(".bin");
   double fio = 0, journal = 0;
   for (auto _ : state) {
     std::filesystem::remove(path);
-    const double rate = fio_rate(path, bytes);
-    test::expect(state, rate > 0 && std::filesystem::file_size(path) / 4096 == bytes / 4096,
-                 "fio writes as many bytes");
+    const double rate = fio_rate(path, whole_pieces);
+    test::expect(state, rate > 0 && std::filesystem::file_size(path) == whole_pieces, "fio writes as many bytes");
     fio += static_cast<double>(bytes) / rate;
     std::filesystem::remove(path);
     const double took = journal_write(path, packets, Compression::None);
