@@ -59,8 +59,6 @@ class SegmentedJournal {
   /// See JournalWriter. An error means that no volume takes the packet.
   Status append(const Packet& packet, nanoseconds now);
   Status write_due(nanoseconds now);
-  Status flush() { return writer_->flush(); }
-  Status sync() { return writer_->sync(); }
   Status check_place() { return writer_->check_place(); }
   /// Closes the last segment. Returns the first error of any segment.
   Status close();
