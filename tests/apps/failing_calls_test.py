@@ -47,7 +47,7 @@ def failures(threads, every):
     for name in CALLS.split(","):
         count = max(sum(1 for call in calls if call.startswith(name + "(")) for calls in threads)
         before = sum(1 for call in main[:begin] if call.startswith(name + "("))
-        out += [(name, number) for number in range(before + 1, count + 1) if number == count or (number + before) % every == 0]
+        out += [(name, number) for number in range(before + 1, count + 1) if number == count or (number - before) % every == 0]
     return out
 
 
@@ -97,6 +97,8 @@ class Command:
             if digests(self.work / "drives") != inputs:
                 faults.append(f"{where}: its input has changed")
                 break
+        if failed == 0:
+            faults.append(f"{self.name}: no call that failed was told: strace let none fail")
         print(f"{self.name}: {failed + unchanged} of {len(chosen)} calls failed: {failed} times the command said so, "
               f"{unchanged} times its output was the same", flush=True)
         return faults
