@@ -119,6 +119,12 @@ UnixTime to_unix(GpsTime t, std::optional<seconds> utc_offset) {
   return UnixTime(t.time_since_epoch() + kUnixOfGpsEpoch - utc_offset.value_or(utc_offset_from_table(t)));
 }
 
+UnixTime unix_of_tai(nanoseconds since_1970) {
+  // In 1980 TAI was 19 s ahead of UTC, and GPS time began as UTC.
+  constexpr seconds kTaiMinusGps(19);
+  return to_unix(GpsTime(since_1970 - kUnixOfGpsEpoch - kTaiMinusGps));
+}
+
 std::string iso_utc(GpsTime t) {
   const UtcTime u = to_utc(t);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", u.year, u.month, u.day, u.hour, u.minute, u.second,

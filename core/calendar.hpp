@@ -48,6 +48,10 @@ UtcTime to_utc(GpsTime t);
 GpsTime from_unix(UnixTime t, std::optional<std::chrono::seconds> utc_offset = {});
 UnixTime to_unix(GpsTime t, std::optional<std::chrono::seconds> utc_offset = {});
 
+/// Converts time since 1970-01-01 on the scale of TAI, as clocks that follow PTP count it: without leap seconds, and
+/// 19 s ahead of GPS time.
+UnixTime unix_of_tai(nanoseconds since_1970);
+
 /// Formats `t` for people: ISO 8601 in UTC with milliseconds, "2026-03-01T12:34:56.789Z".
 std::string iso_utc(GpsTime t);
 

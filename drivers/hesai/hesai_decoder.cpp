@@ -19,8 +19,6 @@ constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 constexpr nanoseconds kStatusHolds = seconds(5);
 /// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
 constexpr nanoseconds kLabelTo = std::chrono::milliseconds(900);
-/// TAI minus UTC was 10 s more than the leap seconds since 1972; GPS time is 19 s behind TAI.
-constexpr seconds kTaiMinusGps(19);
 
 const char* const kModelSentence =
     "The scanner's model. Header or size of its packets have to agree with it, or there is fault WrongDevice.";
@@ -114,9 +112,7 @@ void HesaiDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
                   fmt::format("{}: its packets carry no date: it follows neither a receiver nor PTP", table_.name),
                   out);
   UnixTime time = *data->time;
-  // TAI seconds since 1970 are counted without leap seconds, as GPS time is.
-  if (config_.reference == Reference::PtpTai)
-    time = to_unix(GpsTime(time.time_since_epoch() - seconds(315'964'800) - kTaiMinusGps));
+  if (config_.reference == Reference::PtpTai) time = unix_of_tai(time.time_since_epoch());
   check_clock(packet, time, out);
   label(packet, time, out);
 

@@ -26,8 +26,6 @@ constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::int64_t kYear2000Ns = 946'684'800'000'000'000;
 /// Period of the scanner's own counter: 100 years.
 constexpr nanoseconds kLongest = std::chrono::hours(876'000);
-/// TAI minus UTC was 10 s more than the leap seconds since 1972; GPS time is 19 s behind TAI.
-constexpr seconds kTaiMinusGps(19);
 /// Intervals between the firings of the first generation: 100 000 firings a second (Mid) and 240 000 (the others).
 constexpr std::array<double, 2> kIntervalsNs{10'000, 1e9 / 240'000};
 
@@ -151,8 +149,7 @@ std::optional<LaserTime> LivoxDecoder::time_of(const LivoxPacket& data) const {
       if (config_.scale == Scale::Told) break;
       if (time.count() < kYear2000Ns) return {};
       if (config_.scale == Scale::Utc) return UnixTime(time);
-      // TAI seconds since 1970 are counted without leap seconds, as GPS time is.
-      return to_unix(GpsTime(time - seconds(315'964'800) - kTaiMinusGps));
+      return unix_of_tai(time);
     case LivoxTimeKind::Own:
     case LivoxTimeKind::Unknown:
       if (config_.scale != Scale::Told) return {};

@@ -20,8 +20,6 @@ constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 constexpr nanoseconds kReportHolds = seconds(5);
 /// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
 constexpr std::uint64_t kLabelToNs = 900'000'000;
-/// TAI minus UTC was 10 s more than the leap seconds since 1972; GPS time is 19 s behind TAI.
-constexpr seconds kTaiMinusGps(19);
 /// Stamps from the year 2000 on are dates; smaller ones count from when the scanner was switched on.
 constexpr std::uint64_t kYear2000Ns = 946'684'800'000'000'000;
 /// No stamp is larger: 100 years. It is the period of the scanner's own counter too.
@@ -283,8 +281,7 @@ std::optional<LaserTime> OusterDecoder::time_of(std::uint64_t stamp_ns) const {
       return UnixTime(since_1970 - seconds(metadata_->nmea_leap_seconds));
     case Scale::Tai:
       if (!is_date) return {};
-      // TAI seconds since 1970 are counted without leap seconds, as GPS time is.
-      return to_unix(GpsTime(since_1970 - seconds(315'964'800) - kTaiMinusGps));
+      return unix_of_tai(since_1970);
     case Scale::Told:
       break;
   }

@@ -26,8 +26,6 @@ constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 constexpr nanoseconds kLongestGap = seconds(10);
 /// Period of the scanner's own counter: 100 years.
 constexpr nanoseconds kLongest = std::chrono::hours(876'000);
-/// TAI minus UTC was 10 s more than the leap seconds since 1972; GPS time is 19 s behind TAI.
-constexpr seconds kTaiMinusGps(19);
 /// A larger step between two blocks is the part of the revolution that is not sent.
 constexpr double kLargestStep = 1.0 / 180 * std::numbers::pi;
 constexpr std::size_t kHeadBytes = 42, kBlockBytes = 100;
@@ -248,8 +246,7 @@ std::optional<LaserTime> RobosenseDecoder::time_of(UnixTime stamp) const {
       return stamp;
     case Reference::PtpTai:
       if (description_.clock != RobosenseDescription::Clock::Ptp) return {};
-      // TAI seconds since 1970 are counted without leap seconds, as GPS time is.
-      return to_unix(GpsTime(since_1970 - seconds(315'964'800) - kTaiMinusGps));
+      return unix_of_tai(since_1970);
   }
   if (description_.clock == RobosenseDescription::Clock::Receiver) return stamp;
   // The date of a scanner that follows nothing is whatever it was switched on with.

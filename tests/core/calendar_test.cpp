@@ -56,6 +56,14 @@ TEST(Calendar, UnixTimeAndBack) {
             seconds(1));
 }
 
+/// TAI was 36 s ahead of UTC until the end of 2016, and is 37 s ahead since.
+TEST(Calendar, TaiIsAheadOfUtcByTheLeapSecondsAndTen) {
+  EXPECT_EQ(unix_of_tai(seconds(1'483'228'800 - 1 + 36)), UnixTime(seconds(1'483'228'799)));
+  EXPECT_EQ(unix_of_tai(seconds(1'483'228'800 + 37) + nanoseconds(5)),
+            UnixTime(seconds(1'483'228'800) + nanoseconds(5)));
+  EXPECT_EQ(unix_of_tai(seconds(315'964'800 + 19)), to_unix(GpsTime{}));
+}
+
 TEST(Calendar, ReceiversOffsetOutranksTheTable) {
   EXPECT_EQ(*from_utc({2030, 1, 1, 0, 0, 0, 0}, seconds(19)) - *from_utc({2030, 1, 1, 0, 0, 0, 0}), seconds(1));
 }
