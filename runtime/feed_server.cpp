@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/json_text.hpp"
+
 namespace hueline::runtime {
 namespace {
 
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostControl = 256;  // frames that are no messages; a listener with more does not read at all
-
-std::string text(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
 }  // namespace
 
@@ -44,13 +44,14 @@ Result<std::unique_ptr<FeedServer>> FeedServer::create(const std::filesystem::pa
 
 std::string FeedServer::describe(std::size_t channel) const {
   const Channel& one = channels_[channel];
-  return feed::frame(feed::Kind::Channel,
-                     text({{"id", channel},
-                           {"topic", one.topic},
-                           {"encoding", one.encoding},
-                           {"schema_name", one.schema_name},
-                           {"schema_encoding", one.schema_encoding},
-                           {"schema", one.schema_encoding == "protobuf" ? feed::base64(one.schema) : one.schema}}));
+  return feed::frame(
+      feed::Kind::Channel,
+      json_text({{"id", channel},
+                 {"topic", one.topic},
+                 {"encoding", one.encoding},
+                 {"schema_name", one.schema_name},
+                 {"schema_encoding", one.schema_encoding},
+                 {"schema", one.schema_encoding == "protobuf" ? feed::base64(one.schema) : one.schema}}));
 }
 
 std::size_t FeedServer::add(Channel channel) {
@@ -149,8 +150,8 @@ void FeedServer::take(Listener& listener, const feed::FrameReader::Frame& frame)
     const std::string note =
         json.contains("note") && json["note"].is_string() ? json["note"].get<std::string>() : std::string();
     const Status done = on_command_(json["command"].get<std::string>(), note);
-    listener.control.push_back(
-        feed::frame(feed::Kind::Answer, text({{"id", json["id"]}, {"error", done.ok() ? "" : done.error().message}})));
+    listener.control.push_back(feed::frame(
+        feed::Kind::Answer, json_text({{"id", json["id"]}, {"error", done.ok() ? "" : done.error().message}})));
     return;
   }
   listener.is_over = true;
@@ -171,7 +172,7 @@ void FeedServer::subscribe(Listener& listener, const std::set<std::size_t>& chan
 bool FeedServer::take_next(Listener& listener) {
   if (listener.control.empty() && listener.lost > listener.told_lost) {
     listener.told_lost = listener.lost;
-    listener.control.push_back(feed::frame(feed::Kind::Lost, text({{"messages", listener.lost}})));
+    listener.control.push_back(feed::frame(feed::Kind::Lost, json_text({{"messages", listener.lost}})));
   }
   if (!listener.control.empty()) {
     listener.now = std::make_shared<const std::string>(std::move(listener.control.front()));

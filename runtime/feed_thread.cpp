@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/json_text.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/thread_name.hpp"
 #include "runtime/view_rig.hpp"
@@ -40,8 +41,6 @@ std::size_t depth_of(const std::string& topic) {
   if (topic == "/log" || topic == "/health") return 100;
   return topic == "/tf" ? 4 : 1;
 }
-
-std::string text(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
 /// Reads the note of the command `pace`: a speed, and behind a space the word `paused`.
 std::optional<Pace> pace_of(std::string_view note) {
@@ -78,7 +77,7 @@ Status FeedThread::start(const std::filesystem::path& socket) {
   const ordered_json hello = {{"protocol", feed::kProtocol}, {"mode", config_.mode},     {"rig", rig_.name},
                               {"drive", config_.drive},      {"since", status_.since()}, {"pid", ::getpid()}};
   auto server = FeedServer::create(
-      socket, text(hello),
+      socket, json_text(hello),
       [this](const std::string& word, const std::string& note) -> Status {
         if (word == "segment")
           return Error{ErrorCode::Unsupported, "a recording has no segments yet: stop, and start another drive"};
@@ -217,7 +216,7 @@ void FeedThread::show(const FeedEvent& event) {
                        {"level", event.level},  {"sensor", event.sensor},   {"text", event.text},
                        {"action", event.action}};
   if (time) json["time"] = iso_utc(*time);
-  last_events_.push_back(feed::message_frame(static_cast<std::uint32_t>(events_channel_), unix_now(), text(json)));
+  last_events_.push_back(feed::message_frame(static_cast<std::uint32_t>(events_channel_), unix_now(), json_text(json)));
   if (last_events_.size() > kLastEvents) last_events_.pop_front();
   publish(events_channel_, json);
   if (!view_ || !time) return;
@@ -253,7 +252,7 @@ void FeedThread::publish_state() {
 }
 
 void FeedThread::publish(std::size_t channel, const ordered_json& json) {
-  server_->publish(channel, unix_now(), text(json));
+  server_->publish(channel, unix_now(), json_text(json));
 }
 
 std::vector<std::string> FeedThread::beginning_of(std::size_t channel) const {
@@ -261,7 +260,7 @@ std::vector<std::string> FeedThread::beginning_of(std::size_t channel) const {
   if (channel == map_channel_ && origin_ && !map_.empty()) {
     const std::size_t step = (map_.size() + kMostMapRows - 1) / kMostMapRows;
     return {feed::message_frame(static_cast<std::uint32_t>(channel), unix_now(),
-                                text(map_json(*origin_, map_, begin_second(), step)))};
+                                json_text(map_json(*origin_, map_, begin_second(), step)))};
   }
   return {};
 }

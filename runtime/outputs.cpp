@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/calendar.hpp"
+#include "core/json_text.hpp"
 #include "runtime/report_content.hpp"
 #include "runtime/view_rig.hpp"
 #include "storage/las_writer.hpp"
@@ -205,9 +206,7 @@ Status Outputs::finish(const Health* health) {
     keep("report.html", write_output(dir_ / "report.html", report_html(report)));
     keep("report.pdf", write_output(dir_ / "report.pdf", report_pdf(report)));
   }
-  keep("summary.json",
-       write_output(dir_ / "summary.json",
-                    summary_.json().dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"));
+  keep("summary.json", write_output(dir_ / "summary.json", json_text(summary_.json(), 2) + "\n"));
   return first_error_;
 }
 

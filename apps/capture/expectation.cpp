@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "apps/sha256.hpp"
+#include "core/json_text.hpp"
 #include "core/output_file.hpp"
 #include "core/printable.hpp"
 
@@ -32,14 +33,12 @@ Result<Json> read_json(const fs::path& file) {
   return root;
 }
 
-std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 /// Returns why the object is not a pair of bounds; empty if it is.
 std::string wrong_bounds(const Json& bounds) {
   if (bounds.empty()) return "has no bound; allowed: least, most or both";
   for (const auto& [word, value] : bounds.items()) {
     if (word != "least" && word != "most") return fmt::format("has '{}'; allowed: least, most or both", word);
-    if (!value.is_number()) return fmt::format("{} is {}; allowed: a number", word, text_of(value));
+    if (!value.is_number()) return fmt::format("{} is {}; allowed: a number", word, json_text(value));
   }
   return {};
 }
@@ -55,7 +54,7 @@ std::string wrong_form(const Json& root) {
         // A name of a product, not a path to somewhere else.
         if (name.empty() || fs::path(name).filename() != name)
           return fmt::format("sha256: '{}' is not the name of a file in the folder of --out", name);
-        if (!value.is_string()) return fmt::format("sha256: {} is {}; allowed: a text", name, text_of(value));
+        if (!value.is_string()) return fmt::format("sha256: {} is {}; allowed: a text", name, json_text(value));
         continue;
       }
       if (!name.starts_with('/'))
@@ -81,13 +80,13 @@ const Json* at(const Json& root, const std::string& pointer) {
 
 /// Returns what is wrong with the value; empty if it is as wanted.
 std::string difference(const Json* found, const Json& wanted) {
-  if (found == nullptr) return fmt::format("expected {}, and summary.json has no such value", text_of(wanted));
+  if (found == nullptr) return fmt::format("expected {}, and summary.json has no such value", json_text(wanted));
   if (!wanted.is_object())
-    return *found == wanted ? "" : fmt::format("expected {}, found {}", text_of(wanted), text_of(*found));
+    return *found == wanted ? "" : fmt::format("expected {}, found {}", json_text(wanted), json_text(*found));
   const bool holds = found->is_number() &&
                      (!wanted.contains("least") || found->get<double>() >= wanted["least"].get<double>()) &&
                      (!wanted.contains("most") || found->get<double>() <= wanted["most"].get<double>());
-  return holds ? "" : fmt::format("expected {}, found {}", text_of(wanted), text_of(*found));
+  return holds ? "" : fmt::format("expected {}, found {}", json_text(wanted), json_text(*found));
 }
 
 /// Returns the text with the signs of XML written out.

@@ -15,6 +15,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
+#include "core/json_text.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/disk_reserve.hpp"
 #include "runtime/live_run.hpp"
@@ -190,7 +191,7 @@ int check(const CheckOptions& options) {
                        {"histogram", one.pixels}});
     const nlohmann::ordered_json out = {
         {"rig", rig.name}, {"ready", is_ready}, {"items", items}, {"lenses", light}, {"checklist", rig.checklist}};
-    fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    fmt::print("{}\n", json_text(out, 2));
     return is_ready ? kDone : kNotReady;
   }
   for (const runtime::LensLight& one : lenses)

@@ -21,6 +21,7 @@
 #include "apps/sha256.hpp"
 #include "core/child.hpp"
 #include "core/input_file.hpp"
+#include "core/json_text.hpp"
 #include "core/output_file.hpp"
 #include "core/printable.hpp"
 #include "runtime/version.hpp"
@@ -249,7 +250,7 @@ Status publish(const Attempt& attempt, const TaskResult& result, const Json& que
   if (failed) return output_error("make folder " + attempt.drive().string(), failed.value());
   if (fs::exists(attempt.log(), failed))
     if (const Status moved = move_to(attempt.log(), attempt.drive() / kLog); !moved.ok()) return moved;
-  const std::string text = result.json(question).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string text = json_text(result.json(question), 2) + "\n";
   if (const Status written = write_output(attempt.drive() / kResult, text); !written.ok()) return written;
   // A folder takes the place of none or of an empty one; another attempt may come first.
   if (fs::exists(place, failed) && !fs::is_empty(place, failed))

@@ -11,6 +11,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
+#include "core/json_text.hpp"
 #include "core/packed_file.hpp"
 #include "core/printable.hpp"
 #include "drivers/can/blf.hpp"
@@ -55,11 +56,6 @@ const drivers::DeviceType* type_of_log(drivers::DeviceTypes types, const std::st
   return by_bytes ? by_bytes : by_name;
 }
 
-/// Returns the JSON text. Names in files may have any encoding, so bytes that are no UTF-8 become U+FFFD.
-std::string written(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
 /// Writes JSON as indented lines for people, one line for each value. A list of plain values stays in one line.
 void print(const Json& json, int depth, std::string& out) {
   const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
@@ -74,7 +70,7 @@ void print(const Json& json, int depth, std::string& out) {
       }
     } else {
       out += fmt::format("{}{:24} {}\n", indent, printable(key),
-                         printable(value.is_string() ? value.get<std::string>() : written(value)));
+                         printable(value.is_string() ? value.get<std::string>() : json_text(value)));
     }
   }
 }
@@ -86,7 +82,7 @@ int show(const Inspection& inspection, bool as_json) {
     if (as_json) {
       Json out = *inspection.found;
       if (!inspection.trouble.ok()) out["error"] = inspection.trouble.error().message;
-      std::fputs((written(out, 2) + "\n").c_str(), stdout);
+      std::fputs((json_text(out, 2) + "\n").c_str(), stdout);
     } else {
       std::string text;
       print(*inspection.found, 0, text);

@@ -9,6 +9,7 @@
 
 #include "apps/merge/sensor_choice.hpp"
 #include "core/calendar.hpp"
+#include "core/json_text.hpp"
 #include "storage/journal_segments.hpp"
 
 namespace hueline::apps {
@@ -16,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr nanoseconds kSameClock =
+constexpr nanoseconds kClocksAgree =
     std::chrono::milliseconds(1);  // beside five sigma: less is no proof of another clock
 constexpr nanoseconds kWideSigma = std::chrono::milliseconds(1);  // more is told
 constexpr std::uint64_t kTellEvery = 4096;                        // packets
@@ -64,7 +65,7 @@ Result<sync::ClockRelation> relate(const MergeWish& wish, const SurveyedJournal&
   }
   if (!relation.ok()) return sync::ClockRelation();
   const sync::ClockRelation::Knot& knot = relation->knots().front();
-  const nanoseconds most = kSameClock + nanoseconds(std::llround(5 * knot.sigma_ns));
+  const nanoseconds most = kClocksAgree + nanoseconds(std::llround(5 * knot.sigma_ns));
   if (std::chrono::abs(knot.offset) <= most) return sync::ClockRelation();
   return Error{ErrorCode::Invalid,
                fmt::format("{}: --same-clock is wrong, their clocks differ by {}", both, seconds_text(knot.offset))};
@@ -190,8 +191,7 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
                           journal.begins_late, is_ring});
   }
   out.header.about["merged_from"] = merged_from;
-  out.header.files.push_back({"merge.json", "application/json",
-                              Json{{"recordings", told}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
+  out.header.files.push_back({"merge.json", "application/json", json_text(Json{{"recordings", told}}, 2) + "\n"});
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "core/decoder.hpp"
+#include "core/json_text.hpp"
 #include "core/printable.hpp"
 #include "runtime/ingest.hpp"
 #include "runtime/ledger.hpp"
@@ -123,7 +124,7 @@ int show(const Found& found, bool as_json) {
                 {"packets_behind_last_ledger", found.check.behind_the_last()},
                 {"sources", rows}};
     if (!trouble.ok()) out["error"] = trouble.error().message;
-    std::fputs((out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n").c_str(), stdout);
+    std::fputs((json_text(out, 2) + "\n").c_str(), stdout);
   } else {
     constexpr std::array columns{"received",  "recorded",        "refused",       "missing",           "removed",
                                  "not_fused", "lost_in_buffers", "lost_by_count", "malformed_messages"};

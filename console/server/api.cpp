@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "console/server/json_fields.hpp"
+#include "core/json_text.hpp"
 
 namespace hueline::console {
 namespace {
@@ -25,7 +26,7 @@ constexpr const char* kNoUsers =
 Answer json_answer(const ordered_json& json, unsigned status = 200) {
   Answer out;
   out.status = status;
-  out.body = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  out.body = json_text(json);
   return out;
 }
 

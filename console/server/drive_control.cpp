@@ -11,6 +11,7 @@
 #include "console/server/json_fields.hpp"
 #include "console/server/users.hpp"
 #include "core/drive_command.hpp"
+#include "core/json_text.hpp"
 
 namespace hueline::console {
 namespace {
@@ -89,7 +90,7 @@ void DriveControl::set_sound_trouble(const std::string& why) {
 
 /// Tells a change of the state.
 void DriveControl::changed() {
-  std::string now = state_json().dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  std::string now = json_text(state_json());
   if (now == told_) return;
   told_ = std::move(now);
   if (on_change) on_change();

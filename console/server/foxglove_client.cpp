@@ -5,6 +5,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/json_text.hpp"
+
 namespace hueline::console {
 namespace {
 
@@ -13,8 +15,6 @@ using nlohmann::ordered_json;
 constexpr std::uint32_t kConsoleChannel = 1, kIdsOfAFeed = 1000;
 constexpr std::size_t kMostControl = 3000;  // more waits for a client that takes nothing
 constexpr std::size_t kMostSubscriptions = 1000;
-
-std::string text(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
 void put(std::string& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) out.push_back(static_cast<char>(value >> (8 * i) & 0xff));
@@ -39,20 +39,20 @@ std::uint32_t FoxgloveClient::id_of(std::uint32_t feed_channel) const {
 }
 
 void FoxgloveClient::begin() {
-  send(text({{"op", "serverInfo"},
-             {"name", "hueline"},
-             {"capabilities", ordered_json::array()},
-             {"supportedEncodings", ordered_json::array()},
-             {"metadata", ordered_json::object()}}));
+  send(json_text({{"op", "serverInfo"},
+                  {"name", "hueline"},
+                  {"capabilities", ordered_json::array()},
+                  {"supportedEncodings", ordered_json::array()},
+                  {"metadata", ordered_json::object()}}));
   channels_.insert(kConsoleChannel);
-  send(text({{"op", "advertise"},
-             {"channels",
-              {{{"id", kConsoleChannel},
-                {"topic", "/hueline/console"},
-                {"encoding", "json"},
-                {"schemaName", "hueline.Console"},
-                {"schema", R"({"type":"object"})"},
-                {"schemaEncoding", "jsonschema"}}}}}));
+  send(json_text({{"op", "advertise"},
+                  {"channels",
+                   {{{"id", kConsoleChannel},
+                     {"topic", "/hueline/console"},
+                     {"encoding", "json"},
+                     {"schemaName", "hueline.Console"},
+                     {"schema", R"({"type":"object"})"},
+                     {"schemaEncoding", "jsonschema"}}}}}));
   tell_state();
 }
 
@@ -66,7 +66,7 @@ void FoxgloveClient::send(const std::string& json) {
 }
 
 void FoxgloveClient::warn(const std::string& id, const std::string& text_of_it) {
-  send(text({{"op", "status"}, {"level", 1}, {"message", text_of_it}, {"id", id}}));
+  send(json_text({{"op", "status"}, {"level", 1}, {"message", text_of_it}, {"id", id}}));
 }
 
 void FoxgloveClient::take(const std::string& message) {
@@ -114,7 +114,7 @@ std::string FoxgloveClient::state_message(std::uint32_t subscription) const {
   json["feed"] = feed_ ? "connected" : "none";
   const auto now =
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch());
-  return data_message(subscription, now.count(), text(json));
+  return data_message(subscription, now.count(), json_text(json));
 }
 
 void FoxgloveClient::tell_state() {
@@ -155,7 +155,7 @@ void FoxgloveClient::lose_feed() {
   channels_ = {kConsoleChannel};
   std::erase_if(subscriptions_, [](const auto& one) { return one.second != kConsoleChannel; });
   if (wire_ == nullptr) return;
-  if (!ids.empty()) send(text({{"op", "unadvertise"}, {"channelIds", ids}}));
+  if (!ids.empty()) send(json_text({{"op", "unadvertise"}, {"channelIds", ids}}));
   tell_state();
 }
 
@@ -174,14 +174,14 @@ void FoxgloveClient::take_frame(const feed::FrameReader::Frame& frame) {
     const auto id = json.value("id", std::uint32_t{0});
     if (id >= kIdsOfAFeed - 2) return;
     channels_.insert(id_of(id));
-    send(text({{"op", "advertise"},
-               {"channels",
-                {{{"id", id_of(id)},
-                  {"topic", json.value("topic", "")},
-                  {"encoding", json.value("encoding", "")},
-                  {"schemaName", json.value("schema_name", "")},
-                  {"schema", json.value("schema", "")},
-                  {"schemaEncoding", json.value("schema_encoding", "")}}}}}));
+    send(json_text({{"op", "advertise"},
+                    {"channels",
+                     {{{"id", id_of(id)},
+                       {"topic", json.value("topic", "")},
+                       {"encoding", json.value("encoding", "")},
+                       {"schemaName", json.value("schema_name", "")},
+                       {"schema", json.value("schema", "")},
+                       {"schemaEncoding", json.value("schema_encoding", "")}}}}}));
   } else if (frame.kind == feed::Kind::Lost) {
     warn("lost",
          fmt::format("{} messages left out so far: this connection is slow", json.value("messages", std::uint64_t{0})));
