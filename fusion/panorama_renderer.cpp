@@ -14,7 +14,7 @@ namespace hueline::fusion {
 namespace {
 
 using std::numbers::pi;
-constexpr std::uint32_t kRowsOfPiece = 16;
+constexpr std::uint32_t kRowsAtATime = 16;
 constexpr std::size_t kMostSeers = 12;
 /// Lenses mix where the cosines of the angles between their axes and the direction differ by less than this: details,
 /// and coarse differences of brightness. Between two lenses 72 degrees apart the bands are 3 and 19 degrees wide.
@@ -539,10 +539,10 @@ RenderedPanorama PanoramaRenderer::render(const PanoramaView& view, const HeadSh
   out.picture.width = view.shape.width;
   out.picture.height = view.shape.height;
   out.picture.pixels.resize(3 * std::size_t{view.shape.width} * view.shape.height);
-  std::vector<std::array<std::uint64_t, 2>> seen((view.shape.height + kRowsOfPiece - 1) / kRowsOfPiece);
+  std::vector<std::array<std::uint64_t, 2>> seen((view.shape.height + kRowsAtATime - 1) / kRowsAtATime);
   pool.run(seen.size(), [&](std::size_t piece) {
-    const auto from = static_cast<std::uint32_t>(piece) * kRowsOfPiece;
-    render_rows(scene, from, std::min(view.shape.height, from + kRowsOfPiece), out.picture, seen[piece][0],
+    const auto from = static_cast<std::uint32_t>(piece) * kRowsAtATime;
+    render_rows(scene, from, std::min(view.shape.height, from + kRowsAtATime), out.picture, seen[piece][0],
                 seen[piece][1]);
   });
   const double pixels = static_cast<double>(view.shape.width) * view.shape.height;

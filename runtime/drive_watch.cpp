@@ -26,7 +26,7 @@ namespace {
 constexpr nanoseconds kReach{150'000'000};  // returns are used so long before and after an exposure
 constexpr nanoseconds kAround{10'000'000};  // so far around an exposure its motion is measured
 constexpr std::uint32_t kMostWidth = 650;   // px
-constexpr std::size_t kMostSamples = 100'000, kMostReturns = 4'000'000, kMostWaiting = 64;
+constexpr std::size_t kMostSamples = 100'000, kMostReturns = 4'000'000, kMostShots = 64;
 constexpr float kNearest_m = 2, kFarthest_m = 80;  // nearer there is the own vehicle
 // A slower vehicle shows the same again, which is no new evidence.
 constexpr double kLeastSpeed = 1;
@@ -104,7 +104,7 @@ void DriveWatch::add(const Exposure& exposure) {
     waiting.image = grey_lens_image(exposure.image, lens, cell_for(lens, kMostWidth));
     if (waiting.image.pixels.empty()) continue;
     waiting_.push_back(std::move(waiting));
-    if (waiting_.size() <= kMostWaiting) continue;
+    if (waiting_.size() <= kMostShots) continue;
     waiting_.pop_front();
     ++report_.dropped;
   }

@@ -180,10 +180,10 @@ void Health::note_delay(const TimedArrival& arrival, const sync::HostClockModel&
     if (!stamp || !clock.has_fresh_pulse()) return;
     delays.add((stamp->time - arrival.time + 3 * stamp->sigma).count());
   } else if (last_edge_) {
-    constexpr std::int64_t kSecond = 1'000'000'000;
-    const std::int64_t since = (arrival.received - *last_edge_).count() - count_ns(arrival.time) % kSecond;
-    const std::int64_t delay = (since % kSecond + kSecond) % kSecond;
-    delays.add(delay > kSecond * 3 / 4 ? delay - kSecond : delay);
+    constexpr std::int64_t kOneSecond = 1'000'000'000;
+    const std::int64_t since = (arrival.received - *last_edge_).count() - count_ns(arrival.time) % kOneSecond;
+    const std::int64_t delay = (since % kOneSecond + kOneSecond) % kOneSecond;
+    delays.add(delay > kOneSecond * 3 / 4 ? delay - kOneSecond : delay);
   }
 }
 

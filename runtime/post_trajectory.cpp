@@ -16,7 +16,7 @@
 namespace hueline::runtime {
 namespace {
 
-constexpr nanoseconds kCompareEvery{100'000'000}, kStretch{10'000'000'000}, kLongestGap{1'000'000'000};
+constexpr nanoseconds kCompareEvery{100'000'000}, kStretch{10'000'000'000}, kLongestPause{1'000'000'000};
 constexpr std::size_t kMostCompared = 2'000'000;  // two days at ten a second
 constexpr nanoseconds kBefore{2'000'000'000};     // what may be held from before the POS's first solution
 constexpr std::size_t kMostStretches = 10;
@@ -91,7 +91,7 @@ struct PostTrajectory::Differences {
       }
       if (!before_ || !after_ || own.time < before_->solution.time) return {};
       const InsSolution &a = before_->solution, &b = after_->solution;
-      if (b.time - a.time > kLongestGap) return {};
+      if (b.time - a.time > kLongestPause) return {};
       const double share = to_seconds(own.time - a.time) / to_seconds(b.time - a.time);
       const Geodetic place{between(a.position.latitude, b.position.latitude, share),
                            angle_between(a.position.longitude, b.position.longitude, share),

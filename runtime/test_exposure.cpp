@@ -13,7 +13,7 @@ namespace {
 constexpr int kBinWidth = 256 / static_cast<int>(LensLight::kBins);
 constexpr std::size_t kDarkBins = 2;  // sensors add a few values to keep their noise above zero
 constexpr nanoseconds kEvery{1'000'000'000};
-constexpr double kBlack = 0.995, kMuchDark = 0.5, kMuchSaturated = 0.3;  // shares of the pixels
+constexpr double kAllDark = 0.995, kMuchDark = 0.5, kMuchSaturated = 0.3;  // shares of the pixels
 
 /// Counts the bytes of a lens's part of an image. Each byte is a pixel of a mosaic, or a colour of one.
 void count(const fusion::RawView& view, const fusion::LensMount& lens, LensLight& light) {
@@ -77,7 +77,7 @@ std::vector<Finding> check_light(const std::vector<LensLight>& lenses) {
   for (const LensLight& one : lenses) {
     const std::string light = fmt::format("of its pixels {:.0f} % are dark and {:.0f} % saturated (test exposure)",
                                           100 * one.dark_share(), 100 * one.saturated_share());
-    if (one.dark_share() >= kBlack)
+    if (one.dark_share() >= kAllDark)
       out.push_back({true, one.lens, "sees nothing: " + light,
                      "take off its cap, look for dirt; at night, give a reason to start all the same"});
     else if (one.dark_share() >= kMuchDark)

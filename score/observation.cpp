@@ -7,7 +7,6 @@ namespace hueline::score {
 namespace {
 
 constexpr std::size_t kExposuresAsked = 9;
-constexpr std::uint16_t kOwnVehicle = 1;
 
 /// How the lenses of one exposure see a place.
 struct SeenFrom {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,9 @@
 #include "sim/world.hpp"
 
 namespace hueline::score {
+
+/// The number of the own vehicle among sim::World::surfaces().
+constexpr std::uint16_t kOwnVehicle = 1;
 
 /// What every lens of every exposure truly sees. It casts rays into the simulator's world from the true pose at the
 /// true middle of the exposure, or, with a rolling shutter, at the time when the row was exposed. Immutable; const

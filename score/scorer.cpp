@@ -18,7 +18,6 @@
 
 namespace hueline::score {
 namespace {
-constexpr std::uint16_t kOwnVehicle = 1;
 // Far more than any sigma of a POS that calls its solution good.
 constexpr double kMisplaced_m = 0.5;
 

@@ -10,9 +10,9 @@ namespace {
 
 /// Pulses that fit into one Ethernet frame of 1500 bytes if every pulse has a return: 44 + 204 x 7 = 1472.
 constexpr std::int64_t kPulses = 204;
-constexpr double kWireUnit = 1e-4;  // m
+constexpr double kProfileUnit = 1e-4;  // m
 constexpr double kTurnUnits = 4294967296.0;
-constexpr float kBeamSpread = 0.0005f;  // full width of the beam, rad
+constexpr float kProfileSpread = 0.0005f;  // full width of the beam, rad
 
 std::uint16_t reflectance_of(const Seen& seen) {
   if (seen.material == Material::SignFace) return 50'000;  // retroreflective: five times as bright as white
@@ -74,7 +74,7 @@ FiredProfile ProfileScanner::fire(std::size_t index) const {
       rays[i].near_m = 0.05;
       rays[i].far_m = config.max_range_m;
     }
-    world_.look(moment, std::span(rays).first(count), kBeamSpread, std::span(seen).first(count));
+    world_.look(moment, std::span(rays).first(count), kProfileSpread, std::span(seen).first(count));
     for (std::size_t i = 0; i < count; ++i) {
       if (!seen[i].is_hit || !is_detected(config, rays[i], seen[i])) continue;
       const auto counter = static_cast<std::uint64_t>(first + from) + i;
@@ -84,11 +84,11 @@ FiredProfile ProfileScanner::fire(std::size_t index) const {
         range += config.range_sigma_m * gaussian(scenario_.seed, kStreamRange, counter);
       }
       if (range < config.min_range_m || range > config.max_range_m) continue;
-      const auto wire = static_cast<std::uint32_t>(std::llround(range / kWireUnit));
+      const auto wire = static_cast<std::uint32_t>(std::llround(range / kProfileUnit));
       out.packet.counts[static_cast<std::size_t>(from) + i] = 1;
       out.packet.range_100um.push_back(wire);
       out.packet.reflectance_1e4.push_back(reflectance_of(seen[i]));
-      TrueReturn truth = truth_.of(rays[i], seen[i], wire * kWireUnit);
+      TrueReturn truth = truth_.of(rays[i], seen[i], wire * kProfileUnit);
       truth.fired_gps_ns = fired[i];
       out.returns.push_back(truth);
     }

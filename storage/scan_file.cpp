@@ -21,15 +21,15 @@ constexpr std::uint64_t kMostCompressed = 512u << 20;
 constexpr std::size_t kMostLine = 4096;
 
 template <class T>
-T load(const std::byte* at) {
+T value_at(const std::byte* at) {
   T value;
   std::memcpy(&value, at, sizeof value);
   return value;
 }
 
 template <class Bits>
-Bits load_bits(const std::byte* at, bool is_big_endian) {
-  const Bits bits = load<Bits>(at);
+Bits bits_at(const std::byte* at, bool is_big_endian) {
+  const Bits bits = value_at<Bits>(at);
   if (!is_big_endian) return bits;
   if constexpr (sizeof(Bits) == 4)
     return __builtin_bswap32(bits);
@@ -132,13 +132,13 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
       float& value = out[3 * i + axis];
       switch (layout_.number) {
         case ScanLayout::Number::Float32:
-          value = std::bit_cast<float>(load_bits<std::uint32_t>(at, layout_.is_big_endian));
+          value = std::bit_cast<float>(bits_at<std::uint32_t>(at, layout_.is_big_endian));
           break;
         case ScanLayout::Number::Float64:
-          value = static_cast<float>(std::bit_cast<double>(load_bits<std::uint64_t>(at, layout_.is_big_endian)));
+          value = static_cast<float>(std::bit_cast<double>(bits_at<std::uint64_t>(at, layout_.is_big_endian)));
           break;
         case ScanLayout::Number::ScaledInt32:
-          value = static_cast<float>(load<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis]);
+          value = static_cast<float>(value_at<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis]);
           break;
       }
     }

@@ -16,7 +16,7 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr std::size_t kFewestPairs = 500, kFewestOutlines = 100;
+constexpr std::size_t kFewestPairs = 500, kFewestShotOutlines = 100;
 constexpr double kWidest = 0.6 * kRadPerDeg, kMiddle = 0.3 * kRadPerDeg;  // blurs of the search
 constexpr double kFinestBlur = 0.5;                                       // the last blur, in steps of the laser
 constexpr std::size_t kWidestPairs = 12'000, kMiddlePairs = 12'000, kAllPairs = 1'000'000;
@@ -31,14 +31,14 @@ constexpr double kEdgeShare = 0.99;  // of the search: a result beyond is at its
 // of a beam, which is about a step: two errors of 1 / sqrt(12) that may be alike all over the image.
 constexpr double kLeastSigma = 0.41;
 
-struct Place {
+struct ShotPlace {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
   double score = -1;
 };
 
 /// Improves a place by trying the axes and the diagonals between them. The step is halved when nothing helps.
-Place climb(const ShotScore& score, const PartWeights& weights, const Eigen::Vector3d& from, double step, double last,
-            double bound) {
+ShotPlace climb(const ShotScore& score, const PartWeights& weights, const Eigen::Vector3d& from, double step,
+                double last, double bound) {
   static const std::array<Eigen::Vector3d, 7> kWays = [] {
     std::array<Eigen::Vector3d, 7> ways;
     for (int i = 0; i < 3; ++i) ways[static_cast<std::size_t>(i)] = Eigen::Vector3d::Unit(i);
@@ -46,7 +46,7 @@ Place climb(const ShotScore& score, const PartWeights& weights, const Eigen::Vec
       ways[static_cast<std::size_t>(3 + i)] = Eigen::Vector3d(1, i & 1 ? -1 : 1, i & 2 ? -1 : 1) / std::sqrt(3.0);
     return ways;
   }();
-  Place best{from, score.score(from, weights)};
+  ShotPlace best{from, score.score(from, weights)};
   const auto try_at = [&](const Eigen::Vector3d& there) {
     const Eigen::Vector3d inside = there.cwiseMax(-bound).cwiseMin(bound);
     const double value = score.score(inside, weights);
@@ -71,12 +71,13 @@ Place climb(const ShotScore& score, const PartWeights& weights, const Eigen::Vec
 }
 
 /// Returns the best places, without those within `apart` of a better one.
-std::vector<Place> best_of(std::vector<Place> places, double apart, std::size_t most) {
-  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
-  std::vector<Place> out;
-  for (const Place& place : places) {
-    const bool is_beside = std::any_of(out.begin(), out.end(),
-                                       [&](const Place& better) { return (better.turn - place.turn).norm() < apart; });
+std::vector<ShotPlace> best_of(std::vector<ShotPlace> places, double apart, std::size_t most) {
+  std::stable_sort(places.begin(), places.end(),
+                   [](const ShotPlace& a, const ShotPlace& b) { return a.score > b.score; });
+  std::vector<ShotPlace> out;
+  for (const ShotPlace& place : places) {
+    const bool is_beside = std::any_of(
+        out.begin(), out.end(), [&](const ShotPlace& better) { return (better.turn - place.turn).norm() < apart; });
     if (!is_beside) out.push_back(place);
     if (out.size() == most) break;
   }
@@ -93,9 +94,9 @@ class ShotSearch {
         bound_(bound) {}
 
   /// Returns the maxima of the whole search, the best first.
-  std::vector<Place> maxima() const {
+  std::vector<ShotPlace> maxima() const {
     const PartWeights all = all_parts();
-    std::vector<Place> places;
+    std::vector<ShotPlace> places;
     for (int x = -kGrid; x <= kGrid; ++x)
       for (int y = -kGrid; y <= kGrid; ++y)
         for (int z = -kGrid; z <= kGrid; ++z) {
@@ -103,20 +104,20 @@ class ShotSearch {
           places.push_back({turn, widest_.score(turn, all)});
         }
     places = best_of(places, 1.3 * bound_ / kGrid, kKeptOfGrid);
-    for (Place& place : places) place = climb(widest_, all, place.turn, kWidest, kWidest / 4, bound_);
+    for (ShotPlace& place : places) place = climb(widest_, all, place.turn, kWidest, kWidest / 4, bound_);
     places = best_of(places, kWidest, kKeptWidest);
-    for (Place& place : places) place = climb(middle_, all, place.turn, kMiddle, kMiddle / 4, bound_);
+    for (ShotPlace& place : places) place = climb(middle_, all, place.turn, kMiddle, kMiddle / 4, bound_);
     places = best_of(places, kMiddle, kKeptMiddle);
-    for (Place& place : places) place = climb(finest_, all, place.turn, finest_.blur(), kSmallestStep, bound_);
+    for (ShotPlace& place : places) place = climb(finest_, all, place.turn, finest_.blur(), kSmallestStep, bound_);
     return best_of(places, kMiddle, kKept);
   }
 
   /// Returns the best place for some parts of the scene alone, starting from the maxima of the whole.
-  Place best_for(const PartWeights& weights, const std::vector<Place>& maxima) const {
-    Place best;
+  ShotPlace best_for(const PartWeights& weights, const std::vector<ShotPlace>& maxima) const {
+    ShotPlace best;
     for (std::size_t i = 0; i < std::min(kTriedBySubset, maxima.size()); ++i) {
-      const Place coarse = climb(middle_, weights, maxima[i].turn, kMiddle / 2, kMiddle / 8, bound_);
-      const Place place = climb(finest_, weights, coarse.turn, finest_.blur(), kSubsetStep, bound_);
+      const ShotPlace coarse = climb(middle_, weights, maxima[i].turn, kMiddle / 2, kMiddle / 8, bound_);
+      const ShotPlace place = climb(finest_, weights, coarse.turn, finest_.blur(), kSubsetStep, bound_);
       if (place.score > best.score) best = place;
     }
     return best;
@@ -159,7 +160,7 @@ Transform<Lens, Scanner> turned(const Transform<Lens, Scanner>& start, const Eig
 }
 
 /// Searches in parts of the scene, and sets the covariance and how many of them end elsewhere.
-void set_certainty(const ShotSearch& search, const std::vector<Place>& maxima, double step, ShotAlignment& out) {
+void set_certainty(const ShotSearch& search, const std::vector<ShotPlace>& maxima, double step, ShotAlignment& out) {
   const Eigen::Vector3d best = maxima[0].turn;
   const auto difference = [&](const PartWeights& weights) -> Eigen::Vector3d {
     const Eigen::Vector3d by = search.best_for(weights, maxima).turn - best;
@@ -186,10 +187,10 @@ void set_certainty(const ShotSearch& search, const std::vector<Place>& maxima, d
 }
 
 /// Sets the reasons for which the rotation does not count as determined.
-void set_doubts(const Place& best, const ShotAlignmentConfig& config, ShotAlignment& out) {
-  if (out.outlines < kFewestOutlines)
+void set_doubts(const ShotPlace& best, const ShotAlignmentConfig& config, ShotAlignment& out) {
+  if (out.outlines < kFewestShotOutlines)
     out.doubts.push_back(
-        fmt::format("the laser shows {} outlines in the image, and {} are needed", out.outlines, kFewestOutlines));
+        fmt::format("the laser shows {} outlines in the image, and {} are needed", out.outlines, kFewestShotOutlines));
   const Eigen::Vector3d deg = best.turn * kDegPerRad;
   if (best.turn.cwiseAbs().maxCoeff() > kEdgeShare * config.search_deg * kRadPerDeg)
     out.doubts.push_back(fmt::format("the best rotation is at the edge of the search ({:.2f}, {:.2f}, {:.2f} deg)",
@@ -236,7 +237,7 @@ Result<ShotAlignment> align_shot(const Shot& shot, const Transform<Lens, Scanner
                     "this lens, and the cloud of the same moment?",
                     laser.pairs.size(), kFewestPairs)};
   const ShotSearch search(shot, laser, config.search_deg * kRadPerDeg);
-  const std::vector<Place> maxima = search.maxima();
+  const std::vector<ShotPlace> maxima = search.maxima();
   ShotAlignment out;
   out.T_lens_scanner = turned(start, maxima[0].turn);
   out.score = maxima[0].score;

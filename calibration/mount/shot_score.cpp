@@ -8,11 +8,11 @@
 namespace hueline::calibration {
 namespace {
 
-constexpr int kBins = 15;
-constexpr float kHalfWay = 0.4F;    // a change of the image that falls halfway between the middle and the last bin
-constexpr double kAround = 40;      // width of the image divided by the reach of the surroundings
-constexpr double kAroundBlurs = 4;  // the same, in widths of the blur
-constexpr double kNoBlur_px = 0.3;  // narrower than the pixels themselves
+constexpr int kEdgeBins = 15;
+constexpr float kHalfWay = 0.4F;      // a change of the image that falls halfway between the middle and the last bin
+constexpr double kSurroundings = 40;  // width of the image divided by the reach of the surroundings
+constexpr double kAroundBlurs = 4;    // the same, in widths of the blur
+constexpr double kNoBlur_px = 0.3;    // narrower than the pixels themselves
 constexpr double kShrinkPerBlur = 1 / 1.5;  // pixels of the image in one of the picture, for each pixel of blur
 constexpr double kFlat = 4;                 // grey levels of noise in a picture without contrast
 constexpr double kLeastInImage = 1 / 3.0;
@@ -26,7 +26,7 @@ cv::Mat flattened(const GreyImage& image, double blur_px, int shrink) {
   // Only whole cells are used, so that a cell of the small picture is exactly `shrink` pixels wide.
   const cv::Size size(grey.cols / shrink, grey.rows / shrink);
   cv::resize(grey(cv::Rect(0, 0, size.width * shrink, size.height * shrink)), grey, size, 0, 0, cv::INTER_AREA);
-  const double around = std::max(kAroundBlurs * blur_px, image.width / kAround) / shrink;
+  const double around = std::max(kAroundBlurs * blur_px, image.width / kSurroundings) / shrink;
   cv::GaussianBlur(grey, mean, {0, 0}, around);
   grey -= mean;
   cv::GaussianBlur(grey.mul(grey), squares, {0, 0}, around);
@@ -34,21 +34,21 @@ cv::Mat flattened(const GreyImage& image, double blur_px, int shrink) {
   return grey / (contrast + kFlat);
 }
 
-using Joint = std::array<double, static_cast<std::size_t>(kPairKinds* kBins)>;
+using Joint = std::array<double, static_cast<std::size_t>(kPairKinds* kEdgeBins)>;
 
 /// Returns the mutual information of rows and columns, in nat for each count.
 double information_of(const Joint& joint) {
   std::array<double, kPairKinds> rows{};
-  std::array<double, kBins> columns{};
+  std::array<double, kEdgeBins> columns{};
   double count = 0;
   for (std::size_t i = 0; i < joint.size(); ++i) {
-    rows[i / kBins] += joint[i];
-    columns[i % kBins] += joint[i];
+    rows[i / kEdgeBins] += joint[i];
+    columns[i % kEdgeBins] += joint[i];
     count += joint[i];
   }
   double sum = 0;
   for (std::size_t i = 0; i < joint.size(); ++i)
-    if (joint[i] > 0) sum += joint[i] * std::log(joint[i] * count / (rows[i / kBins] * columns[i % kBins]));
+    if (joint[i] > 0) sum += joint[i] * std::log(joint[i] * count / (rows[i / kEdgeBins] * columns[i % kEdgeBins]));
   return count > 0 ? sum / count : 0;
 }
 
@@ -112,10 +112,10 @@ double ShotScore::score(const Eigen::Vector3d& turn, const PartWeights& weights)
     if (!change(R, pair, by)) continue;
     inside += weight;
     // A value is shared between the two nearest bins, so that the score is continuous.
-    const float place = (by / (std::abs(by) + kHalfWay) + 1) * 0.5F * (kBins - 1);
-    const int bin = std::min(static_cast<int>(place), kBins - 2);
+    const float place = (by / (std::abs(by) + kHalfWay) + 1) * 0.5F * (kEdgeBins - 1);
+    const int bin = std::min(static_cast<int>(place), kEdgeBins - 2);
     const double upper = static_cast<double>(place) - bin;
-    double* row = joint.data() + static_cast<std::size_t>(pair.kind) * kBins + bin;
+    double* row = joint.data() + static_cast<std::size_t>(pair.kind) * kEdgeBins + bin;
     row[0] += weight * (1 - upper);
     row[1] += weight * upper;
   }

@@ -88,7 +88,7 @@ Eigen::Vector3d start_of_centre(std::span<const Eigen::Vector3f> points_scanner,
 namespace {
 
 /// The normal equations of all points for one centre.
-struct Look {
+struct SphereLook {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   std::size_t points = 0;
@@ -97,9 +97,9 @@ struct Look {
 
 /// Computes the normal equations for a centre. Points within `loose` of the surface are used even if the gate is
 /// narrower.
-Look look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius,
-               const ScannerNoise& noise, double gate, double loose, bool without_mount) {
-  Look look;
+SphereLook look_from(const Eigen::Vector3d& centre, std::span<const Eigen::Vector3f> points_scanner, double radius,
+                     const ScannerNoise& noise, double gate, double loose, bool without_mount) {
+  SphereLook look;
   for (const auto& point : points_scanner) {
     const Eigen::Vector3d p = point.cast<double>(), from_centre = p - centre;
     const double distance = from_centre.norm(), range = p.norm();
@@ -129,7 +129,7 @@ std::optional<CentreFit> settle(std::span<const Eigen::Vector3f> points_scanner,
   Eigen::Vector3d centre = start;
   constexpr int kMostSteps = 60;
   for (int step = 0; step < kMostSteps; ++step) {
-    const Look look = look_from(centre, points_scanner, radius, noise, gate, loose, without_mount);
+    const SphereLook look = look_from(centre, points_scanner, radius, noise, gate, loose, without_mount);
     if (look.points < kFewestOnTarget) return {};
     const Eigen::Vector3d off = prior ? Eigen::Vector3d(prior->centre_scanner - centre) : Eigen::Vector3d::Zero();
     // A few near-parallel normals hardly determine the centre sideways. The radius damps it until it has converged.

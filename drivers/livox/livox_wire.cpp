@@ -29,7 +29,7 @@ constexpr LivoxForm kForms[] = {
 };
 
 template <class T>
-T field(const std::byte* p) {
+T number_in(const std::byte* p) {
   T value;
   std::memcpy(&value, p, sizeof(T));  // the program runs on little-endian computers only (novatel/wire.hpp)
   return value;
@@ -51,7 +51,7 @@ std::optional<std::int64_t> date_ns(const std::byte* p) {
   using namespace std::chrono;
   const auto byte = [&](int i) { return static_cast<unsigned>(p[i]); };
   const year_month_day date{year(2000 + static_cast<int>(byte(0))), month(byte(1)), day(byte(2))};
-  const auto microsecond = field<std::uint32_t>(p + 4);
+  const auto microsecond = number_in<std::uint32_t>(p + 4);
   if (!date.ok() || byte(3) > 23 || microsecond >= 3'600'000'000u) return {};
   return nanoseconds(sys_days(date).time_since_epoch() + hours(byte(3)) + microseconds(microsecond)).count();
 }
@@ -64,8 +64,8 @@ std::optional<LivoxPacket> first_generation(std::span<const std::byte> bytes) {
   out.points = out.form->points;
   out.data = bytes.subspan(kFirstHeader);
   out.scanner = static_cast<std::uint16_t>(static_cast<unsigned>(bytes[1]) << 8 | static_cast<unsigned>(bytes[2]));
-  out.is_clock_abnormal = (field<std::uint32_t>(bytes.data() + 4) >> 14 & 7) == 4;
-  const auto plain = nanoseconds_of(field<std::uint64_t>(bytes.data() + 10));
+  out.is_clock_abnormal = (number_in<std::uint32_t>(bytes.data() + 4) >> 14 & 7) == 4;
+  const auto plain = nanoseconds_of(number_in<std::uint64_t>(bytes.data() + 10));
   switch (static_cast<std::uint8_t>(bytes[8])) {
     case 0:
       out.time_kind = LivoxTimeKind::Own;
@@ -91,16 +91,16 @@ std::optional<LivoxPacket> first_generation(std::span<const std::byte> bytes) {
 
 std::optional<LivoxPacket> second_generation(std::span<const std::byte> bytes) {
   if (bytes.size() <= kSecondHeader || bytes[0] != std::byte{kSecondVersion} ||
-      field<std::uint16_t>(bytes.data() + 1) != bytes.size())
+      number_in<std::uint16_t>(bytes.data() + 1) != bytes.size())
     return {};
   LivoxPacket out;
   out.form = form_of(2, static_cast<std::uint8_t>(bytes[10]));
-  out.points = field<std::uint16_t>(bytes.data() + 5);
+  out.points = number_in<std::uint16_t>(bytes.data() + 5);
   if (!out.form || bytes.size() != kSecondHeader + out.points * out.form->point_bytes) return {};
   out.data = bytes.subspan(kSecondHeader);
-  out.span_ns = std::int64_t{100} * field<std::uint16_t>(bytes.data() + 3);
-  out.sequence = field<std::uint16_t>(bytes.data() + 7);
-  out.time_ns = nanoseconds_of(field<std::uint64_t>(bytes.data() + 28));
+  out.span_ns = std::int64_t{100} * number_in<std::uint16_t>(bytes.data() + 3);
+  out.sequence = number_in<std::uint16_t>(bytes.data() + 7);
+  out.time_ns = nanoseconds_of(number_in<std::uint64_t>(bytes.data() + 28));
   const auto kind = static_cast<std::uint8_t>(bytes[11]);
   out.time_kind = kind == 0   ? LivoxTimeKind::Own
                   : kind == 1 ? LivoxTimeKind::Ptp

@@ -42,9 +42,9 @@ class SbetDevice final : public Device {
 /// Returns whether record `b` could follow `a`: later by a moment, and no farther away than a vehicle comes in it. The
 /// velocities of some programs are 0.
 bool could_follow(std::span<const double> a, std::span<const double> b) {
-  constexpr double kShortest_s = 1e-4, kLongest_s = 10, kRadius_m = 6.4e6, kMargin_m = 1, kMargin_m_s = 100;
+  constexpr double kLeastStep_s = 1e-4, kMostStep_s = 10, kRadius_m = 6.4e6, kMargin_m = 1, kMargin_m_s = 100;
   const double time = b[0] - a[0];
-  if (!(time >= kShortest_s && time < kLongest_s)) return false;
+  if (!(time >= kLeastStep_s && time < kMostStep_s)) return false;
   const double speed = std::max(portable::hypot(a[4], a[5], a[6]), portable::hypot(b[4], b[5], b[6]));
   const double east = (b[2] - a[2]) * portable::cos(a[1]) * kRadius_m, north = (b[1] - a[1]) * kRadius_m;
   return portable::hypot(east, north, b[3] - a[3]) <= (speed + kMargin_m_s) * time + kMargin_m;

@@ -27,7 +27,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 /// The forms of the stream, in the order in which they are asked.
-enum Form : std::size_t { kSbf, kReply, kNmea, kRtcm, kLine };
+enum Form : std::size_t { kSbf, kReply, kSentence, kRtcm, kLine };
 
 std::vector<std::unique_ptr<MessageForm>> septentrio_forms() {
   std::vector<std::unique_ptr<MessageForm>> out;
@@ -44,59 +44,59 @@ struct BlockName {
   const char* text;
 };
 /// Septentrio's names of the blocks that receivers send usually, in the order of their numbers.
-constexpr auto kNames = std::to_array<BlockName>({{4001, "DOP"},
-                                                  {4006, "PVTCartesian"},
-                                                  {4007, "PVTGeodetic"},
-                                                  {4012, "SatVisibility"},
-                                                  {4013, "ChannelStatus"},
-                                                  {4014, "ReceiverStatus"},
-                                                  {4017, "GPSRawCA"},
-                                                  {4018, "GPSRawL2C"},
-                                                  {4019, "GPSRawL5"},
-                                                  {4020, "GEORawL1"},
-                                                  {4022, "GALRawFNAV"},
-                                                  {4023, "GALRawINAV"},
-                                                  {4026, "GLORawCA"},
-                                                  {4027, "MeasEpoch"},
-                                                  {4028, "BaseVectorGeod"},
-                                                  {4037, "ExtEventPVTCartesian"},
-                                                  {4038, "ExtEventPVTGeodetic"},
-                                                  {4043, "BaseVectorCart"},
-                                                  {4047, "BDSRaw"},
-                                                  {4050, "ExtSensorMeas"},
-                                                  {4058, "IPStatus"},
-                                                  {4059, "DiskStatus"},
-                                                  {4082, "QualityInd"},
-                                                  {4090, "InputLink"},
-                                                  {4091, "OutputLink"},
-                                                  {4092, "RFStatus"},
-                                                  {4097, "ExtSensorInfo"},
-                                                  {4224, "IMUSetup"},
-                                                  {4225, "INSNavCart"},
-                                                  {4226, "INSNavGeod"},
-                                                  {4229, "ExtEventINSNavCart"},
-                                                  {4230, "ExtEventINSNavGeod"},
-                                                  {4244, "VelSensorSetup"},
-                                                  {5891, "GPSNav"},
-                                                  {5894, "GPSUtc"},
-                                                  {5902, "ReceiverSetup"},
-                                                  {5905, "PosCovCartesian"},
-                                                  {5906, "PosCovGeodetic"},
-                                                  {5907, "VelCovCartesian"},
-                                                  {5908, "VelCovGeodetic"},
-                                                  {5911, "xPPSOffset"},
-                                                  {5914, "ReceiverTime"},
-                                                  {5921, "EndOfPVT"},
-                                                  {5922, "EndOfMeas"},
-                                                  {5924, "ExtEvent"},
-                                                  {5938, "AttEuler"},
-                                                  {5939, "AttCovEuler"},
-                                                  {5943, "EndOfAtt"}});
-static_assert(std::ranges::is_sorted(kNames, {}, &BlockName::id));
+constexpr auto kBlockNames = std::to_array<BlockName>({{4001, "DOP"},
+                                                       {4006, "PVTCartesian"},
+                                                       {4007, "PVTGeodetic"},
+                                                       {4012, "SatVisibility"},
+                                                       {4013, "ChannelStatus"},
+                                                       {4014, "ReceiverStatus"},
+                                                       {4017, "GPSRawCA"},
+                                                       {4018, "GPSRawL2C"},
+                                                       {4019, "GPSRawL5"},
+                                                       {4020, "GEORawL1"},
+                                                       {4022, "GALRawFNAV"},
+                                                       {4023, "GALRawINAV"},
+                                                       {4026, "GLORawCA"},
+                                                       {4027, "MeasEpoch"},
+                                                       {4028, "BaseVectorGeod"},
+                                                       {4037, "ExtEventPVTCartesian"},
+                                                       {4038, "ExtEventPVTGeodetic"},
+                                                       {4043, "BaseVectorCart"},
+                                                       {4047, "BDSRaw"},
+                                                       {4050, "ExtSensorMeas"},
+                                                       {4058, "IPStatus"},
+                                                       {4059, "DiskStatus"},
+                                                       {4082, "QualityInd"},
+                                                       {4090, "InputLink"},
+                                                       {4091, "OutputLink"},
+                                                       {4092, "RFStatus"},
+                                                       {4097, "ExtSensorInfo"},
+                                                       {4224, "IMUSetup"},
+                                                       {4225, "INSNavCart"},
+                                                       {4226, "INSNavGeod"},
+                                                       {4229, "ExtEventINSNavCart"},
+                                                       {4230, "ExtEventINSNavGeod"},
+                                                       {4244, "VelSensorSetup"},
+                                                       {5891, "GPSNav"},
+                                                       {5894, "GPSUtc"},
+                                                       {5902, "ReceiverSetup"},
+                                                       {5905, "PosCovCartesian"},
+                                                       {5906, "PosCovGeodetic"},
+                                                       {5907, "VelCovCartesian"},
+                                                       {5908, "VelCovGeodetic"},
+                                                       {5911, "xPPSOffset"},
+                                                       {5914, "ReceiverTime"},
+                                                       {5921, "EndOfPVT"},
+                                                       {5922, "EndOfMeas"},
+                                                       {5924, "ExtEvent"},
+                                                       {5938, "AttEuler"},
+                                                       {5939, "AttCovEuler"},
+                                                       {5943, "EndOfAtt"}});
+static_assert(std::ranges::is_sorted(kBlockNames, {}, &BlockName::id));
 
 std::string block_name(int id) {
-  const auto found = std::ranges::lower_bound(kNames, id, {}, &BlockName::id);
-  return found != kNames.end() && found->id == id ? found->text : fmt::format("SBF {}", id);
+  const auto found = std::ranges::lower_bound(kBlockNames, id, {}, &BlockName::id);
+  return found != kBlockNames.end() && found->id == id ? found->text : fmt::format("SBF {}", id);
 }
 
 constexpr double kUnknown = -1e10;  // the receiver writes -2e10 for a number that it does not know
@@ -184,7 +184,7 @@ bool SeptentrioDecoder::take(const Message& message) {
               fmt::format("the receiver answered {}", text.substr(0, text.find_last_not_of("\r\n") + 1)));
       return false;
     }
-    case kNmea: {
+    case kSentence: {
       const NmeaSentence sentence(message.bytes);
       name(std::string(sentence.talker()) + std::string(sentence.type()));
       return false;

@@ -14,10 +14,10 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kFullCircle = 2 * std::numbers::pi;
 constexpr std::size_t kText = 1;          // index of ColaAForm in sick_forms()
 constexpr std::uint16_t kRestart = 1000;  // a larger step of the counter is no loss
-constexpr nanoseconds kCounterPeriod = std::chrono::microseconds(std::int64_t{1} << 32);
+constexpr nanoseconds kClockPeriod = std::chrono::microseconds(std::int64_t{1} << 32);
 constexpr std::size_t kMostEchoes = 5;
 /// Smaller values are codes: no echo, dazzled.
 constexpr std::uint16_t kSmallestDistance = 16;
@@ -129,13 +129,13 @@ bool SickDecoder::take_scan(const SickTelegram& telegram, HostTime received) {
              "the scanner's clock is not set: point it at an NTP server, or use `clock: counter`");
   if (config_.clock == Clock::Utc && !is_set) return false;
   LaserBatch batch;
-  const nanoseconds to_first = from_seconds((first->start - config_.index_angle) / (kTurn * scan->scan_hz));
+  const nanoseconds to_first = from_seconds((first->start - config_.index_angle) / (kFullCircle * scan->scan_hz));
   if (config_.clock == Clock::Utc) {
     batch.time = *scan->clock + to_first;
   } else {
     const nanoseconds value =
-        (std::chrono::microseconds(scan->since_start_us) + to_first + kCounterPeriod) % kCounterPeriod;
-    batch.time = LaserCounter{CounterOrigin::Own, kCounterPeriod, value};
+        (std::chrono::microseconds(scan->since_start_us) + to_first + kClockPeriod) % kClockPeriod;
+    batch.time = LaserCounter{CounterOrigin::Own, kClockPeriod, value};
   }
   batch.returns = returns_of(*scan);
   emit(std::move(batch), received);
@@ -207,10 +207,10 @@ std::vector<LaserReturn> SickDecoder::returns_of(const SickScan& scan) const {
       one.range_m = static_cast<float>(range);
       one.x = static_cast<float>(range * portable::cos(angle));
       one.y = static_cast<float>(range * portable::sin(angle));
-      const double turned = angle - kTurn * std::floor(angle / kTurn);
-      one.azimuth = static_cast<float>(turned < kTurn - 1e-6 ? turned : 0.0);
+      const double turned = angle - kFullCircle * std::floor(angle / kFullCircle);
+      one.azimuth = static_cast<float>(turned < kFullCircle - 1e-6 ? turned : 0.0);
       one.time_offset_ns = static_cast<std::int32_t>(
-          std::llround(1e9 * static_cast<double>(i) * channel->step / (kTurn * scan.scan_hz)));
+          std::llround(1e9 * static_cast<double>(i) * channel->step / (kFullCircle * scan.scan_hz)));
       if (const SickChannel* rssi = strengths[echo]; rssi && i < rssi->values.size())
         one.reflectivity = static_cast<std::uint8_t>(rssi->is_byte ? rssi->values[i] : rssi->values[i] >> 8);
       out.push_back(one);

@@ -24,7 +24,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kWait_ms = 100;
+constexpr int kFrameWait_ms = 100;
 static_assert(sizeof(can_frame) == kCanFrameSize && sizeof(canfd_frame) == kCanFdFrameSize);
 
 bool is_absence(int why) { return why == ENETDOWN || why == ENODEV || why == ENXIO; }
@@ -136,7 +136,7 @@ Result<Packet> CanSource::next(std::stop_token stop) {
   if (pending_.empty()) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     pollfd waiting{fd_, POLLIN, 0};
-    const int ready = ::poll(&waiting, 1, kWait_ms);
+    const int ready = ::poll(&waiting, 1, kFrameWait_ms);
     if (ready < 0 && errno != EINTR) return io_error("wait for CAN frames", errno);
     if (ready <= 0) return Error{ErrorCode::TimedOut, "no CAN frame"};
     if (Status status = read(); !status) return status.error();

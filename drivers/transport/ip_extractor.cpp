@@ -14,7 +14,7 @@ constexpr std::size_t kMaxDatagram = 65535;
 /// Fragments that are further apart are of two datagrams: the identification has 16 bits, and a scanner comes back to
 /// it within a minute. Linux waits as long for IPv4; RFC 8200 allows 60 s. It is a time of the capture, not of this
 /// program.
-constexpr nanoseconds kLongestGap = std::chrono::seconds(30);
+constexpr nanoseconds kLongestApart = std::chrono::seconds(30);
 
 std::uint16_t be16(const std::byte* p) {
   return static_cast<std::uint16_t>(static_cast<unsigned>(p[0]) << 8 | static_cast<unsigned>(p[1]));
@@ -171,7 +171,7 @@ bool IpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last,
   const auto same = partial.pieces.find(offset);
   const bool is_again = same != partial.pieces.end() && std::ranges::equal(same->second, piece);
   // What waits is of an earlier datagram, of which a fragment was lost: it must not become a part of this one.
-  const bool is_reused = (same != partial.pieces.end() && !is_again) || now_ - partial.latest > kLongestGap;
+  const bool is_reused = (same != partial.pieces.end() && !is_again) || now_ - partial.latest > kLongestApart;
   if (!partial.pieces.empty() && is_reused) {
     counts_.fragments_dropped += partial.pieces.size();
     partial = {};

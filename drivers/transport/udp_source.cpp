@@ -19,7 +19,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kWait_ms = 100;
+constexpr int kDatagramWait_ms = 100;
 
 std::optional<in_addr_t> parse_address(const std::string& text) {
   in_addr address{};
@@ -183,7 +183,7 @@ Result<Packet> UdpSource::next(std::stop_token stop) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     std::vector<pollfd> waiting;
     for (const Socket& socket : sockets_) waiting.push_back({socket.fd, POLLIN, 0});
-    const int ready = ::poll(waiting.data(), waiting.size(), kWait_ms);
+    const int ready = ::poll(waiting.data(), waiting.size(), kDatagramWait_ms);
     if (ready < 0 && errno != EINTR) return io_error("wait for datagrams", errno);
     if (ready <= 0) return Error{ErrorCode::TimedOut, "no datagram"};
     for (std::size_t i = 0; i < sockets_.size(); ++i)

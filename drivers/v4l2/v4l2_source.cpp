@@ -14,7 +14,7 @@
 namespace hueline::drivers {
 namespace {
 
-constexpr int kWait_ms = 100;
+constexpr int kImageWait_ms = 100;
 constexpr std::size_t kMostBuffers = VIDEO_MAX_FRAME;
 // A buffer waits in the driver's queue as long as this thread was held up, never this long.
 constexpr nanoseconds kOldest = std::chrono::seconds(10);
@@ -48,7 +48,7 @@ Result<Packet> V4l2Source::next(std::stop_token stop) {
   if (pending_.empty()) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     pollfd waiting{stream_->fd(), POLLIN, 0};
-    const int ready = ::poll(&waiting, 1, kWait_ms);
+    const int ready = ::poll(&waiting, 1, kImageWait_ms);
     if (ready < 0 && errno != EINTR) return io_error("wait for an image", errno);
     if (ready <= 0) return Error{ErrorCode::TimedOut, "no image"};
     const auto filled = stream_->take();

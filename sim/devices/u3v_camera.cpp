@@ -14,7 +14,7 @@ namespace hueline::sim {
 namespace {
 
 constexpr std::uint32_t kCommandMagic = 0x43563355;
-constexpr std::uint16_t kReadMemory = 0x0800, kWriteMemory = 0x0802;
+constexpr std::uint16_t kReadCommand = 0x0800, kWriteCommand = 0x0802;
 constexpr std::size_t kHeadBytes = 12, kAddressBytes = 8, kReadBytes = 12;
 // A piece of the payload that becomes ready at once; a multiple of the packet size.
 constexpr std::size_t kPieceBytes = 64 * UsbPort::kPacketBytes;
@@ -120,7 +120,7 @@ Bytes U3vCamera::obey(std::span<const std::byte> command, bool& is_start) {
     return say(GencpStatus::InvalidHeader);
   const auto address = get_le<std::uint64_t>(body, 0);
   Lock lock(mutex_);
-  if (number == kReadMemory) {
+  if (number == kReadCommand) {
     if (size != kReadBytes) return say(GencpStatus::InvalidHeader);
     Bytes data(get_le<std::uint16_t>(body, 10));
     if (data.empty() || data.size() > U3vRegisters::kMostMessageBytes - kHeadBytes)
@@ -128,7 +128,7 @@ Bytes U3vCamera::obey(std::span<const std::byte> command, bool& is_start) {
     const GencpStatus status = registers_->read(address, data);
     return say(status, data);
   }
-  if (number != kWriteMemory) return say(GencpStatus::NotImplemented);
+  if (number != kWriteCommand) return say(GencpStatus::NotImplemented);
   const GencpStatus status = registers_->write(address, body.subspan(kAddressBytes));
   is_start = status == GencpStatus::Success && address == camera_register::kAcquisition &&
              registers_->get(camera_register::kAcquisition) != 0;

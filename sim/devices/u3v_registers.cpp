@@ -10,7 +10,7 @@
 namespace hueline::sim {
 namespace {
 
-namespace reg = camera_register;
+namespace camera = camera_register;
 namespace u3v = u3v_register;
 
 // ABRM (GenCP 1.3, table of bootstrap registers).
@@ -89,17 +89,17 @@ Result<std::unique_ptr<U3vRegisters>> U3vRegisters::create(const Config& config)
   registers->set_long(kManifest + 16, kFeaturesEnd);
   registers->set_long(kManifest + 24, xml.size());
 
-  registers->set(reg::kSensorWidth, config.width);
-  registers->set(reg::kSensorHeight, config.height);
-  registers->set(reg::kWidth, config.width);
-  registers->set(reg::kHeight, config.height);
-  registers->set(reg::kPixelFormat, *pixel_format_number(config.pixel_format));
-  registers->set(reg::kAcquisitionMode, 1);
-  registers->set(reg::kFrameRateMilliHz, 10'000);
-  registers->set(reg::kExposureUs, 10'000);
-  registers->set(reg::kGainAuto, 1);
-  registers->set(reg::kExposureAuto, 1);
-  registers->set(reg::kExposureLimitUs, 100'000);
+  registers->set(camera::kSensorWidth, config.width);
+  registers->set(camera::kSensorHeight, config.height);
+  registers->set(camera::kWidth, config.width);
+  registers->set(camera::kHeight, config.height);
+  registers->set(camera::kPixelFormat, *pixel_format_number(config.pixel_format));
+  registers->set(camera::kAcquisitionMode, 1);
+  registers->set(camera::kFrameRateMilliHz, 10'000);
+  registers->set(camera::kExposureUs, 10'000);
+  registers->set(camera::kGainAuto, 1);
+  registers->set(camera::kExposureAuto, 1);
+  registers->set(camera::kExposureLimitUs, 100'000);
   return registers;
 }
 
@@ -137,10 +137,10 @@ void U3vRegisters::set_long(std::uint32_t address, std::uint64_t value) {
 }
 
 CameraRegion U3vRegisters::region() const {
-  return {.width = get(reg::kWidth),
-          .height = get(reg::kHeight),
-          .offset_x = get(reg::kOffsetX),
-          .offset_y = get(reg::kOffsetY)};
+  return {.width = get(camera::kWidth),
+          .height = get(camera::kHeight),
+          .offset_x = get(camera::kOffsetX),
+          .offset_y = get(camera::kOffsetY)};
 }
 
 std::uint64_t U3vRegisters::payload_bytes() const {

@@ -123,8 +123,8 @@ struct Said {
   RemovedSegments removed;
 };
 
-Said record(const std::filesystem::path& path, const std::vector<Packet>& packets,
-            const SegmentedJournal::Config& config, Disk& disk) {
+Said record_saying(const std::filesystem::path& path, const std::vector<Packet>& packets,
+                   const SegmentedJournal::Config& config, Disk& disk) {
   Said said;
   auto journal = SegmentedJournal::create(path, sample_header(), config, disk);
   said.closed = journal.ok() ? Status() : Status(journal.error());
@@ -143,15 +143,15 @@ Said record(const std::filesystem::path& path, const std::vector<Packet>& packet
   return said;
 }
 
-struct Found {
+struct ReadBack {
   std::vector<Packet> packets;
   ErrorCode end{};
   std::string message;
 };
-std::optional<Found> read(const std::filesystem::path& path) {
+std::optional<ReadBack> read_back(const std::filesystem::path& path) {
   auto reader = JournalReader::open(path);
   if (!reader.ok()) return std::nullopt;
-  Found out;
+  ReadBack out;
   for (;;) {
     auto packet = (*reader)->next({});
     if (packet.ok()) {
@@ -193,7 +193,7 @@ void fail_every_call(const SegmentedJournal::Config& config, const std::vector<P
       }
       const auto path = folder / "drive/drive.mcap";
       DiskWithFailure disk(folder / "drive", at, failure);
-      const Said said = record(path, packets, here, disk);
+      const Said said = record_saying(path, packets, here, disk);
       SCOPED_TRACE("call " + std::to_string(at) + " (" + disk.failed_call() + ") fails " + failure.name);
       if (!disk.has_failed()) {
         ASSERT_TRUE(said.closed.ok()) << said.closed.error().message;
@@ -201,7 +201,7 @@ void fail_every_call(const SegmentedJournal::Config& config, const std::vector<P
         EXPECT_EQ(said.removed.segments > 0, config.ring_bytes > 0);
         break;
       }
-      const auto found = read(path);
+      const auto found = read_back(path);
       if (!said.was_created) {
         ASSERT_FALSE(said.closed.error().message.empty());
         ASSERT_TRUE(!found || found->packets.empty());

@@ -27,7 +27,7 @@ void add_square(CloudBlock& block, Eigen::Vector3d corner, Eigen::Vector3d side_
     }
 }
 
-Eigen::Vector3d write_cloud(const std::filesystem::path& path, const CloudBlock& block) {
+Eigen::Vector3d write_las(const std::filesystem::path& path, const CloudBlock& block) {
   auto writer = LasWriter::create(path, block.origin, {});
   EXPECT_TRUE(writer && writer->append(block) && writer->close());
   return writer->projection().project_exactly(0, 0, 0);
@@ -65,7 +65,7 @@ TEST(TopView, ShowsTheHighestPointWhereItIs) {
              ColourState::NoExposure);  // higher, but without a colour
   block.points.push_back({});
   block.points.back().east = 5000;  // one stray return must not shrink the picture of the rest
-  const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
+  const Eigen::Vector3d origin = write_las(folder / "cloud.las", block);
   TopViewConfig config;
   config.longest_side_px = 800;
   const auto view = picture_from_above(folder / "cloud.las", config);
@@ -96,7 +96,7 @@ TEST(StreetView, HidesWhatIsBehindAndKeepsLeftAndRight) {
   add_square(block, {-8, 10, -2}, {8, 0, 0}, {0, 0, 6}, 0.06, kGreen);  // wall 10 m ahead, left half
   add_square(block, {-8, 14, -2}, {16, 0, 0}, {0, 0, 6}, 0.03, kRed);   // dense wall behind it, both halves
   add_square(block, {-8, 1, -2}, {16, 0, 0}, {0, 13, 0}, 0.06, kBlue);  // ground
-  const Eigen::Vector3d origin = write_cloud(folder / "cloud.las", block);
+  const Eigen::Vector3d origin = write_las(folder / "cloud.las", block);
   StreetViewConfig config;
   config.position = origin;
   // The north of the map is turned against true north by the convergence of the meridians, and so is the view.
@@ -132,7 +132,7 @@ TEST(Pictures, SayThatTheirCloudWasCut) {
   add_square(block, {-8, 10, -2}, {8, 0, 0}, {0, 0, 6}, 0.06, kGreen);
   const auto file = folder / "cloud.las";
   StreetViewConfig street;
-  street.position = write_cloud(file, block);
+  street.position = write_las(file, block);
   EXPECT_TRUE(picture_from_above(file)->read.ok());
   EXPECT_TRUE(picture_from_street(file, street)->read.ok());
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 100);
@@ -147,7 +147,7 @@ TEST(Pictures, SayThatTheirCloudWasCut) {
 TEST(Pictures, TellWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_EQ(picture_from_above(folder / "absent.las").error().code, ErrorCode::Io);
-  write_cloud(folder / "empty.las", {test::sample_origin(), {}});
+  write_las(folder / "empty.las", {test::sample_origin(), {}});
   EXPECT_EQ(picture_from_above(folder / "empty.las").error().code, ErrorCode::Invalid);
   TopViewConfig top;
   top.longest_side_px = 1;

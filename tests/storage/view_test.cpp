@@ -61,25 +61,25 @@ TEST(ViewWriter, ShowsEveryNthPoint) {
 }
 
 /// A field that ColouredPoint does not have.
-struct SeenPoint : ColouredPoint {
+struct ViewedPoint : ColouredPoint {
   std::uint16_t views = 0;
 };
-constexpr auto kSeenFields =
-    std::tuple_cat(kPointFields, std::tuple{PointField{&SeenPoint::views, "views", "", "How many exposures see it.",
+constexpr auto kViewedFields =
+    std::tuple_cat(kPointFields, std::tuple{PointField{&ViewedPoint::views, "views", "", "How many exposures see it.",
                                                        las_extra("views", ""), "views"}});
 
 TEST(ViewFields, AMadeUpFieldIsOneEntryOfTheList) {
   foxglove::PointCloud before, after;
   describe_view<kPointFields>(before);
-  describe_view<kSeenFields>(after);
+  describe_view<kViewedFields>(after);
   ASSERT_EQ(after.fields_size(), before.fields_size() + 1);
   EXPECT_EQ(after.point_stride(), before.point_stride() + 2);
   const auto& field = after.fields(before.fields_size());
   EXPECT_EQ(field.name(), "views");
   EXPECT_EQ(field.type(), foxglove::PackedElementField::UINT16);
-  SeenPoint point{test::sample_cloud(1).points[0], 515};
+  ViewedPoint point{test::sample_cloud(1).points[0], 515};
   std::string bytes;
-  pack_view<kSeenFields>(point, bytes);
+  pack_view<kViewedFields>(point, bytes);
   ASSERT_EQ(bytes.size(), after.point_stride());
   std::uint16_t views;
   std::memcpy(&views, bytes.data() + field.offset(), sizeof views);
