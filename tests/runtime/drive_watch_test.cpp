@@ -94,16 +94,23 @@ struct Street {
       T_body_head.rotation =
           T_body_head.rotation * Eigen::AngleAxisd(turn_z_deg * kRadPerDeg, Eigen::Vector3d::UnitZ());
     const Transform<Body, Lens> T = T_body_head * mount.T_head_lens;
-    std::vector<std::byte> pixels;
+    // Each pixel in plain numbers: a test's Eigen is slow under the sanitizers.
+    const Eigen::Matrix3d R = T.rotation.toRotationMatrix();
+    const double right[] = {R(0, 0), R(1, 0), R(2, 0)}, down[] = {R(0, 1), R(1, 1), R(2, 1)};
+    std::vector<std::byte> pixels(static_cast<std::size_t>(kWidth) * kHeight);
+    std::byte* pixel = pixels.data();
     for (int v = 0; v < kHeight; ++v) {
-      const double row_s = row_time_s * (v - (kHeight - 1) / 2.0);
-      const Eigen::Vector3d from = T.translation + place(s + row_s + (is_drifted ? late_s : 0));
+      const double row_s = row_time_s * (v - (kHeight - 1) / 2.0), below = (v - (kHeight - 1) / 2.0) / kFocal;
+      const Eigen::Vector3d centre = T.translation + place(s + row_s + (is_drifted ? late_s : 0));
+      const double from[] = {centre.x(), centre.y(), centre.z()};
+      double left[3];  // the direction of the column u = 0 of this row, and so on
+      for (int k = 0; k < 3; ++k) left[k] = R(k, 2) + below * down[k] - (kWidth - 1) / 2.0 / kFocal * right[k];
       for (int u = 0; u < kWidth; ++u) {
-        const Eigen::Vector3d along =
-            T.rotation * Eigen::Vector3d((u - (kWidth - 1) / 2.0) / kFocal, (v - (kHeight - 1) / 2.0) / kFocal, 1);
-        const double wall = along.x() > 0 ? kWall_m : -kWall_m;
-        const Eigen::Vector3d p = from + along * ((wall - from.x()) / along.x());
-        pixels.push_back(static_cast<std::byte>(std::clamp(220 * paint(p.y(), p.z(), wall), 0.0, 255.0)));
+        const double beside = u / kFocal, x = left[0] + beside * right[0], y = left[1] + beside * right[1],
+                     z = left[2] + beside * right[2];
+        const double wall = x > 0 ? kWall_m : -kWall_m, distance = (wall - from[0]) / x;
+        *pixel++ = static_cast<std::byte>(
+            std::clamp(220 * paint(from[1] + distance * y, from[2] + distance * z, wall), 0.0, 255.0));
       }
     }
     Exposure out;
