@@ -23,8 +23,10 @@ namespace hueline::test {
 /// destructor kills the process.
 class Program {
  public:
-  Program(const std::vector<std::string>& arguments, std::filesystem::path output) : output_(std::move(output)) {
-    std::vector<std::string> words{HUELINE_PROGRAM};
+  Program(const std::vector<std::string>& arguments, std::filesystem::path output,
+          const std::string& program = HUELINE_PROGRAM)
+      : output_(std::move(output)) {
+    std::vector<std::string> words{program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -33,8 +35,8 @@ class Program {
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    if (posix_spawn(&pid_, HUELINE_PROGRAM, &actions, nullptr, argv.data(), environ) != 0)
-      ADD_FAILURE() << "cannot start " << HUELINE_PROGRAM;
+    if (posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ) != 0)
+      ADD_FAILURE() << "cannot start " << program;
     posix_spawn_file_actions_destroy(&actions);
   }
   Program(const Program&) = delete;
@@ -69,11 +71,11 @@ struct Ran {
   int status;
   std::string said;
 };
-inline Ran run(const std::vector<std::string>& arguments) {
+inline Ran run(const std::vector<std::string>& arguments, const std::string& program = HUELINE_PROGRAM) {
   TemporaryFolder dir;
-  Program program(arguments, dir / "said.txt");
-  const int status = program.wait();
-  return {status, program.said()};
+  Program running(arguments, dir / "said.txt", program);
+  const int status = running.wait();
+  return {status, running.said()};
 }
 
 inline nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(contents(path)); }

@@ -11,6 +11,7 @@ if [ -z "${OWN_SPACE-}" ]; then
   OWN_SPACE=1 exec unshare -rmn "$0" "$@"
 fi
 hueline=$1 source=$2
+simulator=${HUELINE_SIMULATOR:-$hueline}  # emulates the devices: beside the sanitizers, the released program
 ip link set lo up
 work=$(mktemp -d)
 trap 'kill -KILL $(jobs -p) 2>/dev/null || true; umount "$work/disk" 2>/dev/null || true; rm -rf "$work"' EXIT
@@ -19,12 +20,12 @@ source "$source/tests/apps/program.sh"
 mkdir disk
 scenario=$source/tests/scenarios/short.yaml
 ports="--pps-socket $work/pps.sock --data-port 42470 --position-port 48410 --pos-port 43103 --can-port 40102 --address 127.0.0.3"
-$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt 2>&1
+$simulator simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt 2>&1
 
 # drive MEGABYTES: captures a whole drive onto a disk of that size. Its status is in $status, its output in said.txt.
 drive() {
   mount -t tmpfs -o "size=$1m" disk disk
-  $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & local devices=$!
+  $simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & local devices=$!
   $hueline capture rig.yaml --out disk/drive --until-silent --quiet >said.txt 2>&1 & local capture=$!
   [ $# = 1 ] || { sleep 6; head -c 200000000 /dev/zero >disk/others.bin 2>/dev/null || true; }
   status=0; wait $capture || status=$?

@@ -8,6 +8,7 @@ if [ "${3-}" != inside ]; then
   exec unshare --net -- "$0" "$1" "$2" inside
 fi
 hueline=$1 source=$2
+simulator=${HUELINE_SIMULATOR:-$hueline}  # emulates the devices: beside the sanitizers, the released program
 ip link set lo up
 work=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
@@ -15,7 +16,7 @@ cd "$work"
 . "$source/tests/apps/program.sh"
 scenario=$source/tests/scenarios/short.yaml
 ports="--pps-socket $work/pps.sock"
-$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >/dev/null
+$simulator simulate "$scenario" --out sim --write-rig rig.yaml $ports >/dev/null
 
 guest_of() { pgrep -P "$1" -x hueline-guest || true; }
 # wait_for WHAT COMMAND...: waits until the command prints something, at most a minute
@@ -30,7 +31,7 @@ same_when_replayed() {
 
 # One guest is killed, one hangs. The summary has only the newest detail of a kind, which is that of the devices' end, so the recording is
 # searched.
-$hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
+$simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.txt 2>&1 &
 capture=$!
 wait_for "the camera's guest" guest_of $capture
@@ -53,7 +54,7 @@ same_when_replayed drive
 
 # The rig names an own address that this computer does not have at first.
 sed 's/^    interface: .*/    interface: 10.77.79.109/' rig.yaml >later.yaml
-$hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
+$simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 $hueline capture later.yaml --out later --until-silent --seconds 60 --quiet >said.txt 2>&1 &
 capture=$!
 wait_for "a recording" ls later/drive.mcap 2>/dev/null

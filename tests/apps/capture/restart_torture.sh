@@ -5,6 +5,7 @@
 # With "cameras" the head's camera is among the devices. The test suite runs a few restarts; 200 take about ten minutes.
 set -euo pipefail
 hueline=$1 source=$2 restarts=${3:-3} RANDOM=${4:-1} busy=${5:-2} cameras=${6:-}
+simulator=${HUELINE_SIMULATOR:-$hueline}  # emulates the devices: beside the sanitizers, the released program
 work=$(mktemp -d)
 trap 'kill -KILL $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
 cd "$work"
@@ -13,7 +14,7 @@ fail() { echo "FAILED: $*"; tail -n 40 devices.txt said.txt 2>/dev/null; exit 1;
 
 cp "$source/tests/scenarios/short.yaml" scenario.yaml
 [ "$cameras" = cameras ] || sed -i 's/rate_hz: 4, lens_width/rate_hz: 0.1, first_exposure_s: 10, lens_width/' scenario.yaml  # never
-$hueline simulate scenario.yaml --out sim --write-rig whole.yaml $ports >devices.txt 2>&1 || fail "rendering"
+$simulator simulate scenario.yaml --out sim --write-rig whole.yaml $ports >devices.txt 2>&1 || fail "rendering"
 cp whole.yaml rig.yaml
 [ "$cameras" = cameras ] || awk '/^  - name: /{is_left_out = /camera$/} /^[a-z]/{is_left_out = /^head:/} !is_left_out' whole.yaml >rig.yaml
 
@@ -25,7 +26,7 @@ found() { ss -Hxn | grep -q "ESTAB.* $work/pps.sock " && ss -Htn state establish
 recorded() { stat -c %s drive/drive.mcap 2>/dev/null || echo 0; }
 for ((i = 1; i <= restarts; ++i)); do
   before=$(recorded)
-  $hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 & devices=$!
+  $simulator simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 & devices=$!
   # This waits until something of the devices is recorded, so that each restart counts as one, however busy the computer is.
   for ((tenths = 0; ; ++tenths)); do
     if [ "$(recorded)" -gt $((before + 20000)) ] && found; then break; fi
@@ -40,7 +41,7 @@ for ((i = 1; i <= restarts; ++i)); do
   goes_on "at restart $i"
 done
 # From now on they stay until the end of their drive.
-$hueline simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 || fail "devices at the end"
+$simulator simulate scenario.yaml --out sim --play --wait 60 $ports >devices.txt 2>&1 || fail "devices at the end"
 goes_on "at the end"
 kill -INT $capture
 status=0; wait $capture || status=$?

@@ -9,6 +9,7 @@ if [ -z "${HEARS_SIGNALS-}" ]; then HEARS_SIGNALS=1 exec env --default-signal=HU
 if [ -z "${OWN_NETWORK-}" ] && unshare -rn ip link set lo up 2>/dev/null; then OWN_NETWORK=1 exec unshare -rn "$0" "$@"; fi
 [ -z "${OWN_NETWORK-}" ] || ip link set lo up
 hueline=$1 source=$2 rounds=${3:-8}
+simulator=${HUELINE_SIMULATOR:-$hueline}  # emulates the devices: beside the sanitizers, the released program
 seed=${4:-1}
 work=$(mktemp -d)
 devices= capture= hog=
@@ -19,7 +20,7 @@ fail() { echo "FAILED in round $round (seed $seed): $*"; tail -n 5 capture.txt d
 round=0
 scenario=$source/tests/scenarios/short.yaml
 ports="--pps-socket $work/pps.sock --data-port 42370 --position-port 48310 --pos-port 43003 --can-port 40002 --address 127.0.0.2"
-$hueline simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt
+$simulator simulate "$scenario" --out sim --write-rig rig.yaml $ports >devices.txt
 # Prints a random time from .. to milliseconds, in seconds.
 between() { local ms=$(($1 + (RANDOM * 32768 + RANDOM) % ($2 - $1))); printf '%d.%03d' $((ms / 1000)) $((ms % 1000)); }
 one_of() { local all=($@); echo "${all[RANDOM % ${#all[@]}]}"; }
@@ -61,7 +62,7 @@ for round in $(seq "$rounds"); do
   # The computer is too slow for the capture, so its end takes long enough for a second signal to come before it.
   is_starved=$(one_of yes no)
   gap=$(one_of "$(between 0 400)" "$(between 510 700)" "$(between 510 1500)")
-  $hueline simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & devices=$!
+  $simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 & devices=$!
   # A shell without a terminal starts its background programs with SIGINT ignored.
   env --default-signal=INT "$hueline" capture rig.yaml --out drive >capture.txt 2>&1 & capture=$!
   if [ "$since" != "the start" ]; then for i in $(seq 300); do if grep -q "playing" devices.txt; then break; fi; sleep 0.1; done; fi

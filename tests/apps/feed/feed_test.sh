@@ -4,6 +4,7 @@
 # usage: feed_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 source=$2
+simulator=${HUELINE_SIMULATOR:-$hueline}  # emulates the devices: beside the sanitizers, the released program
 work=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
 # A path that is longer than a socket's address.
@@ -15,8 +16,8 @@ ports="--pps-socket $work/pps.sock --data-port 42378 --position-port 48318 --pos
 PYTHONPATH=$source/tests/apps/feed python3 "$source/tests/apps/feed/feed_early.py" "$hueline" >said.txt 2>&1 || fail "a mark at once"
 # Long enough for a listener on a busy computer; the listener's stop ends the capture, not the drive's end.
 sed 's/^duration_s: .*/duration_s: 20/' "$source/tests/scenarios/short.yaml" >scenario.yaml
-$hueline simulate scenario.yaml --out sim --write-rig rig.yaml $ports >said.txt 2>&1 || fail "rendering"
-$hueline simulate scenario.yaml --out sim --play $ports >devices.txt 2>&1 &
+$simulator simulate scenario.yaml --out sim --write-rig rig.yaml $ports >said.txt 2>&1 || fail "rendering"
+$simulator simulate scenario.yaml --out sim --play $ports >devices.txt 2>&1 &
 $hueline capture rig.yaml --out drive --seconds 120 --quiet >capture.txt 2>&1 & capture=$!
 PYTHONPATH=$source/tests/apps/feed python3 "$source/tests/apps/feed/feed_capture.py" drive >said.txt 2>&1 || { cat capture.txt; fail "the listener of the capture"; }
 got=0; wait $capture || got=$?
