@@ -11,6 +11,7 @@
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
+#include "core/median.hpp"
 #include "core/portable_math.hpp"
 
 namespace hueline::runtime {
@@ -29,12 +30,6 @@ double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi
 
 double between(double a, double b, double share) { return a + share * (b - a); }
 double angle_between(double a, double b, double share) { return a + share * wrapped(b - a); }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -13,6 +13,7 @@
 #include "calibration/boresight/boresight_normals.hpp"
 #include "calibration/boresight/mount_covariance.hpp"
 #include "core/angle.hpp"
+#include "core/median.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -31,13 +32,6 @@ constexpr int kStepsOfLevel = 2, kMostFinest = 10;
 // Rounds at the finest level that look for patches again. Later rounds keep the patches until nothing moves, because a
 // few patches always appear and disappear at the limits of the gates.
 constexpr int kSearches = 5;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& q) {
   const Eigen::AngleAxisd turn(q);

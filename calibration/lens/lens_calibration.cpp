@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/median.hpp"
+
 namespace hueline::calibration {
 namespace {
 
@@ -18,13 +20,6 @@ constexpr int kRounds = 4;
 constexpr double kVagueFocal =
     0.02;  // From this ratio of standard deviation to focal length on, the views count as too weak to determine a lens.
 
-double middle_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double rms(const std::vector<Eigen::Vector2d>& residuals) {
   double sum = 0;
   for (const auto& r : residuals) sum += r.squaredNorm();
@@ -35,7 +30,7 @@ double median_radius(const AdjustedLens& adjusted) {
   std::vector<double> radii;
   for (const auto& residuals : adjusted.residuals)
     for (const auto& r : residuals) radii.push_back(r.norm());
-  return middle_of(std::move(radii));
+  return median(std::move(radii));
 }
 
 /// Returns the best adjustment of all starts, with a robust loss that limits the influence of bad corners. Views that
@@ -91,8 +86,7 @@ bool reject(LensCalibration& calibration, const LensCalibrationConfig& config) {
   AdjustedLens& adjusted = calibration.adjusted;
   std::vector<double> view_rms;
   for (const auto& residuals : adjusted.residuals) view_rms.push_back(rms(residuals));
-  const double usual = middle_of(view_rms),
-               limit = config.corner_limit_sigma * median_radius(adjusted) / kMedianOfRadius;
+  const double usual = median(view_rms), limit = config.corner_limit_sigma * median_radius(adjusted) / kMedianOfRadius;
   bool any = false;
   std::vector<BoardView> kept;
   std::vector<BoardView>& views = calibration.views;
