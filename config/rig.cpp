@@ -89,13 +89,17 @@ struct SensorKeys {
 
 struct CloudKeys {
   storage::MapConfig map{};
-  bool compressed = false;
+  storage::CloudFormat format = storage::CloudFormat::Las;
 
   void visit(Keys& keys) {
-    keys.choice({"format", "",
-                 "Whether the cloud is written as `cloud.las`, or compressed as `cloud.laz`, which takes two "
-                 "fifths of the space and the time of half a processor core for a million points a second."},
-                compressed, {{"las", false}, {"laz", true}});
+    keys.choice(
+        {"format", "",
+         "Whether the cloud is written as `cloud.las`, or compressed as `cloud.laz`, which takes two "
+         "fifths of the space and the time of half a processor core for a million points a second, or as "
+         "`cloud.copc.laz` (COPC), which viewers load in parts. COPC takes 256 MB of memory, and its points do "
+         "not stand in the order of the drive."},
+        format,
+        {{"las", storage::CloudFormat::Las}, {"laz", storage::CloudFormat::Laz}, {"copc", storage::CloudFormat::Copc}});
     map.visit(keys);
   }
   KeyError validate() const { return map.validate(); }
@@ -142,7 +146,7 @@ struct RigKeys {
   /// Checks what concerns several sensors, and completes the Rig.
   KeyError complete() {
     rig.map = cloud.map;
-    rig.compressed_cloud = cloud.compressed;
+    rig.cloud_format = cloud.format;
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       SensorKeys& one = sensors[i];
       one.sensor.id = static_cast<SensorId>(i + 1);

@@ -9,6 +9,7 @@
 #include "drivers/device.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
+#include "storage/cloud_format.hpp"
 #include "storage/map_config.hpp"
 #include "storage/recording_config.hpp"
 #include "sync/synchroniser.hpp"
@@ -42,12 +43,12 @@ struct Rig {
   std::vector<std::string> checklist;  ///< what people check before a drive, in their words
   double end_within_s = 0;             ///< the end of a drive is cut off after this long; 0: never
   storage::MapConfig map;              ///< of the cloud
-  bool compressed_cloud = false;       ///< whether the cloud is written as cloud.laz instead of cloud.las
+  storage::CloudFormat cloud_format = storage::CloudFormat::Las;
 
   storage::RecordingConfig recording;
 
   /// Returns the name of the file of the coloured points.
-  const char* cloud_file() const { return compressed_cloud ? "cloud.laz" : "cloud.las"; }
+  const char* cloud_file() const { return storage::cloud_file(cloud_format); }
   /// Returns the names by SensorId; [0] is "hueline".
   std::vector<std::string> sensor_names() const;
 };

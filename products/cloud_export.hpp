@@ -10,10 +10,10 @@ namespace hueline::products {
 
 struct CloudExport {
   int threads = 2;  ///< that compress; they do not change the bytes
-  /// COPC: about how many points a node of the octree gets, at least 1.
-  std::uint32_t node_points = 50'000;
-  /// COPC: how many records are held in memory at once. A cloud with more is read several times.
-  std::uint64_t held_points = 8'000'000;
+  /// COPC: with how many points a node of the octree is full, at least 1.
+  std::uint32_t node_points = 65'536;
+  /// COPC: memory for the points of nodes that are not full. With another memory the nodes are others.
+  std::uint64_t held_bytes = 1u << 30;
 };
 
 /// What was written.
@@ -28,10 +28,9 @@ struct ExportedCloud {
 Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                  const CloudExport& options);
 
-/// Writes such a cloud as COPC 1.0 (copc.io), a LAZ 1.4 file whose chunks are the nodes of an octree. A node holds a
-/// sample of the points below it that a hash of their numbers chooses, and its children hold the rest, so each level
-/// has even density without borders between nodes. Every point is in one node; the same cloud gives the same bytes.
-/// Memory: the points of `held_points`, and at most 100 MB for counts. Errors: as export_laz().
+/// Writes such a cloud as COPC 1.0 (copc.io), a LAZ 1.4 file whose chunks are the nodes of an octree
+/// (storage/point_octree.hpp). The cloud is read once. Every point is in one node; the same cloud gives the same bytes.
+/// Errors: as export_laz().
 Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                   const CloudExport& options);
 

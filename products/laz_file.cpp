@@ -64,7 +64,7 @@ Status LazFile::end_chunks() {
   while (!waiting_.empty())
     if (Status written = write_oldest(); !written) return written;
   std::vector<storage::LazChunkSize> table;
-  for (const Place& place : places_) table.push_back(place.size);
+  for (const storage::LazPlace& place : places_) table.push_back(place.size);
   const std::uint64_t offset = file_.size();
   if (Status written = file_.write(storage::encode_laz_table(table, has_points_)); !written) return written;
   return file_.overwrite(header_.point_offset, std::as_bytes(std::span(&offset, 1)));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "storage/copc_format.hpp"
 #include "storage/file_writer.hpp"
 #include "storage/laz_format.hpp"
 
@@ -34,13 +35,8 @@ class LazFile {
   /// Writes the header with its final counts and closes the file.
   Status close();
 
-  /// Where a chunk is in the file.
-  struct Place {
-    std::uint64_t offset = 0;
-    storage::LazChunkSize size;
-  };
   /// The chunks in the file; complete after end_chunks().
-  const std::vector<Place>& places() const { return places_; }
+  const std::vector<storage::LazPlace>& places() const { return places_; }
   std::uint64_t size() const { return file_.size(); }
   storage::LasHeader& header() { return header_; }
 
@@ -58,7 +54,7 @@ class LazFile {
   bool has_points_ = false;
   std::size_t threads_ = 1;
   std::deque<Waiting> waiting_;
-  std::vector<Place> places_;
+  std::vector<storage::LazPlace> places_;
 };
 
 /// Returns the records of a cloud that also describe a copy of it: not those of its own compression.

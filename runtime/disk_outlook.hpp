@@ -4,11 +4,15 @@
 #include <deque>
 #include <optional>
 
+#include "storage/cloud_format.hpp"
+
 namespace hueline::runtime {
 
 /// Returns what a point of the cloud's file takes on the disk, bytes: the size of its record in cloud.las
-/// (las_fields.hpp), or two fifths of it as LAZ, which is what drives take in the mean (docs/formats.md).
-constexpr double cloud_bytes_a_point(bool is_compressed) { return is_compressed ? 0.4 * 58 : 58; }
+/// (las_fields.hpp), or two fifths of it if it is compressed, which is what drives take in the mean (docs/formats.md).
+constexpr double cloud_bytes_a_point(storage::CloudFormat format) {
+  return format == storage::CloudFormat::Las ? 58 : 0.4 * 58;
+}
 
 /// Foresees how fast a disk becomes full, by how its free space has changed in the last two minutes. So everything
 /// counts that writes on the disk or makes room on it: the recording, the products, a ring, and other programs. Thread

@@ -42,8 +42,8 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
       summary_(rig.sensor_names()),
       files_(std::make_unique<Files>()) {
   files_->las_config.map = rig.map;
-  files_->las_config.compress = rig.compressed_cloud;
-  files_->las_config.threads = 2;  // beside the thread that writes; only LAZ uses them
+  files_->las_config.format = rig.cloud_format;
+  files_->las_config.threads = 2;  // beside the thread that writes; LAS does not use them
   files_->sensors = rig.sensor_names();
   for (const fusion::LensMount& lens : rig.geometry.head.lenses) cameras_.push_back(lens.camera);
 }
@@ -195,9 +195,12 @@ Status Outputs::finish(const Health* health) {
     summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
   }
   // If this run has no content for a file, the content of an earlier run must not stay there.
-  const auto other_cloud = dir_ / (rig_.compressed_cloud ? "cloud.las" : "cloud.laz");
-  if (std::error_code error; !std::filesystem::remove(other_cloud, error) && error)
-    keep(other_cloud.filename().c_str(), io_error("remove " + other_cloud.string(), error.value()));
+  for (const char* file : storage::kCloudFiles) {
+    const auto other_cloud = dir_ / file;
+    if (std::error_code error;
+        file != std::string_view(rig_.cloud_file()) && !std::filesystem::remove(other_cloud, error) && error)
+      keep(file, io_error("remove " + other_cloud.string(), error.value()));
+  }
   if (!files_->las && !files_->las_failed) keep(rig_.cloud_file(), write_output(dir_ / rig_.cloud_file(), {}));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
   if (health != nullptr) {

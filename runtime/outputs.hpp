@@ -18,7 +18,7 @@
 
 namespace hueline::runtime {
 
-/// Writes everything in a drive's folder besides the raw recording: cloud.las or cloud.laz, view.mcap, summary.json,
+/// Writes everything in a drive's folder besides the raw recording: the cloud, view.mcap, summary.json,
 /// report.html and report.pdf. Capture and replay use the same class. A write that fails is reported once and ends that
 /// file; the other files continue. Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {

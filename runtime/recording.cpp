@@ -29,6 +29,12 @@ std::string drive_file(const std::string& path, const char* name) {
                                                                                                   : path;
 }
 
+std::string drive_cloud(const std::string& path) {
+  std::string found = path;
+  for (const char* file : storage::kCloudFiles) found = drive_file(found, file);
+  return found;
+}
+
 Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
   const std::string path = drive_file(named);
   std::error_code ignored;

@@ -18,6 +18,9 @@ storage::JournalHeader journal_header(const config::Rig& rig);
 /// otherwise `path` itself.
 std::string drive_file(const std::string& path, const char* name = "drive.mcap");
 
+/// Returns the same for the cloud of a drive, whatever its format is.
+std::string drive_cloud(const std::string& path);
+
 /// A recording, and the rig that it is read with.
 struct Recording {
   config::Rig rig;

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "core/calendar.hpp"
+#include "storage/copc_format.hpp"
 #include "storage/laz_format.hpp"
+#include "storage/point_octree.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -34,15 +36,32 @@ double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 
 struct LasWriter::Compression {
   struct Chunk {
     std::future<Result<Bytes>> bytes;
-    Tally tally;  // of all points up to this chunk's end
-    std::uint32_t points = 0;
+    Tally tally;
   };
   LazRecord kind;
   std::deque<Chunk> chunks;  // in the order of the file
   std::vector<LazChunkSize> table;
   std::uint64_t room = 0;  // where the first place for the table begins; 0: there is none
   bool second_place = false;
+  std::optional<PointOctree> tree;  // of COPC
 };
+
+LasWriter::Tally::Tally()
+    : first_time(std::numeric_limits<double>::max()), last_time(std::numeric_limits<double>::lowest()) {
+  lowest.fill(std::numeric_limits<std::int32_t>::max());
+  highest.fill(std::numeric_limits<std::int32_t>::min());
+}
+
+void LasWriter::Tally::add(const Tally& other) {
+  points += other.points;
+  for (std::size_t i = 0; i < by_return.size(); ++i) by_return[i] += other.by_return[i];
+  for (std::size_t k = 0; k < 3; ++k) {
+    lowest[k] = std::min(lowest[k], other.lowest[k]);
+    highest[k] = std::max(highest[k], other.highest[k]);
+  }
+  first_time = std::min(first_time, other.first_time);
+  last_time = std::max(last_time, other.last_time);
+}
 
 LasWriter::LasWriter(LasWriter&&) noexcept = default;
 
@@ -53,14 +72,12 @@ std::string LasWriter::Config::validate() const {
   if (generating_software.size() > 32) return "generating_software must have at most 32 bytes";
   if (header_every == 0) return "header_every must be at least 1";
   if (threads < 1) return "threads must be at least 1";
+  if (node_points < 1) return "node_points must be at least 1";
   return {};
 }
 
 LasWriter::LasWriter(FileWriter file, Projection projection, const Config& config)
     : file_(std::move(file)), projection_(std::move(projection)), config_(config) {
-  tally_.lowest.fill(std::numeric_limits<std::int32_t>::max());
-  tally_.highest.fill(std::numeric_limits<std::int32_t>::min());
-  in_file_ = tally_;
   next_header_ = config.header_every;
 }
 
@@ -81,7 +98,9 @@ Result<LasWriter> LasWriter::create(const std::filesystem::path& path, const Geo
 }
 
 Status LasWriter::start(const std::vector<LasExtraField>& extra) {
+  const bool is_compressed = config_.format != CloudFormat::Las, is_copc = config_.format == CloudFormat::Copc;
   Bytes records;
+  if (is_copc) append_vlr(records, copc_info_vlr());
   append_vlr(records, {"LASF_Projection", 2112, "OGC WKT", projection_.operation().wkt() + '\0'});
   append_vlr(records, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra)});
   header_.global_encoding = kLasAdjustedTime | kLasWkt;
@@ -90,17 +109,21 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   header_.creation_year = config_.created.year;
   header_.creation_day = day_of_year(config_.created);
   header_.header_size = kLasHeaderSize14;
-  header_.vlr_count = 2;
+  header_.vlr_count = is_copc ? 3 : 2;
   header_.point_format = kCloudFormat;
   std::size_t size = las_point_size(kCloudFormat);
   for (const LasExtraField& field : extra) size += size_of(field.type);
   header_.point_size = static_cast<std::uint16_t>(size);
-  buffer_.resize((config_.compress ? kLazChunkPoints : kPointsBuffered) * size);
-  if (config_.compress) {
+  buffer_.resize((is_compressed ? kLazChunkPoints : kPointsBuffered) * size);
+  header_.scale.fill(kGrid_m);
+  if (is_compressed) {
     laz_ = std::make_unique<Compression>();
     laz_->kind = {kCloudFormat, size};
     header_.point_format |= kLazFlag;
-    append_vlr(records, laz_vlr(laz_->kind, kLazChunkPoints));
+    append_vlr(records, laz_vlr(laz_->kind, is_copc ? kLazVariableChunks : kLazChunkPoints));
+    if (is_copc)
+      laz_->tree.emplace(
+          PointOctree::Config{header_.scale, size, config_.node_points, config_.octree_bytes, path().parent_path()});
     ++header_.vlr_count;
     if (config_.header_every != Config::kOnlyAtTheEnd) {
       laz_->room = kLasHeaderSize14 + records.size() + kLasVlrHead;
@@ -109,7 +132,6 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
     }
   }
   header_.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + records.size());
-  header_.scale.fill(kGrid_m);
   const Eigen::Vector3d origin = projection_.project(0, 0, 0);
   for (std::size_t k = 0; k < 2; ++k)
     header_.offset[k] = std::floor(origin[static_cast<Eigen::Index>(k)] / kOffsetStep) * kOffsetStep;
@@ -135,14 +157,8 @@ std::byte* LasWriter::encode(const ColouredPoint& p) {
     }
     steps[k] = static_cast<std::int32_t>(s);
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    tally_.lowest[k] = std::min(tally_.lowest[k], steps[k]);
-    tally_.highest[k] = std::max(tally_.highest[k], steps[k]);
-  }
   const int count = std::clamp<int>(p.return_count, 1, 15);
   const int number = std::clamp<int>(p.return_number, 1, count);
-  ++tally_.points;
-  ++tally_.by_return[static_cast<std::size_t>(number - 1)];
   std::byte* at = buffer_.data() + used_;
   used_ += header_.point_size;
   const auto add = [&at](auto value) {
@@ -180,27 +196,76 @@ Status LasWriter::keep_header() {
   return flush();
 }
 
-/// Passes on the points in the buffer: to the file, or to a thread that compresses them.
-Status LasWriter::write_points() {
-  if (error_) return *error_;
-  if (!laz_) return write_records(ByteView(buffer_.data(), std::exchange(used_, 0)), tally_);
-  while (laz_->chunks.size() >= static_cast<std::size_t>(config_.threads))
-    if (Status written = write_chunk(); !written) return written;
-  submit_chunk();
-  return {};
+LasWriter::Tally LasWriter::tally_of(ByteView records) const {
+  constexpr std::size_t kReturns = 14, kTime = 22;  // bytes in a record
+  Tally out;
+  for (std::size_t at = 0; at < records.size(); at += header_.point_size) {
+    const std::byte* const record = records.data() + at;
+    std::array<std::int32_t, 3> steps;
+    std::memcpy(&steps, record, sizeof steps);
+    double time;
+    std::memcpy(&time, record + kTime, sizeof time);
+    for (std::size_t k = 0; k < 3; ++k) {
+      out.lowest[k] = std::min(out.lowest[k], steps[k]);
+      out.highest[k] = std::max(out.highest[k], steps[k]);
+    }
+    ++out.by_return[(std::to_integer<std::size_t>(record[kReturns]) & 15) - 1];
+    out.first_time = std::min(out.first_time, time);
+    out.last_time = std::max(out.last_time, time);
+    ++out.points;
+  }
+  return out;
 }
 
-void LasWriter::submit_chunk() {
-  if (used_ == 0) return;
+/// Takes the records out of the buffer, which stays as large as it is.
+Bytes LasWriter::take_buffer() {
   Bytes records(buffer_.size());
   records.swap(buffer_);
   records.resize(std::exchange(used_, 0));
-  const auto points = static_cast<std::uint32_t>(records.size() / header_.point_size);
+  return records;
+}
+
+/// Passes on the points in the buffer: to the file, to the octree, or to a thread that compresses them.
+Status LasWriter::write_points() {
+  if (error_) return *error_;
+  if (laz_ && !laz_->tree) return submit_chunk(take_buffer());
+  const ByteView records(buffer_.data(), std::exchange(used_, 0));
+  if (!laz_) return write_records(records, tally_of(records));
+  for (std::size_t at = 0; at < records.size(); at += header_.point_size)
+    if (Status added = laz_->tree->add(records.subspan(at, header_.point_size)); !added) return fail(added.error());
+  return submit_nodes();
+}
+
+Status LasWriter::submit_nodes() {
+  for (Bytes& records : laz_->tree->take())
+    if (Status submitted = submit_chunk(std::move(records)); !submitted) return submitted;
+  return {};
+}
+
+/// Compresses the records on a thread, as soon as one is free.
+Status LasWriter::submit_chunk(Bytes records) {
+  if (records.empty()) return {};
+  while (laz_->chunks.size() >= static_cast<std::size_t>(config_.threads))
+    if (Status written = write_chunk(); !written) return written;
+  const Tally tally = tally_of(records);
   // Where no thread can be had, the chunk is compressed when it is written.
   const auto where = config_.threads == 1 ? std::launch::deferred : std::launch::async | std::launch::deferred;
   laz_->chunks.push_back(
       {std::async(where, [records = std::move(records), kind = laz_->kind] { return encode_laz_chunk(records, kind); }),
-       tally_, points});
+       tally});
+  return {};
+}
+
+/// Passes on all points that are left.
+Status LasWriter::submit_rest() {
+  Status done = write_points();
+  for (bool has_more = laz_->tree.has_value(); done && has_more;) {
+    const Result<bool> finished = laz_->tree->finish_some();
+    if (!finished) return fail(finished.error());
+    has_more = *finished;
+    done = submit_nodes();
+  }
+  return done;
 }
 
 /// Writes the oldest chunk that is being compressed, and waits for it if necessary.
@@ -209,16 +274,16 @@ Status LasWriter::write_chunk() {
   laz_->chunks.pop_front();
   const Result<Bytes> bytes = chunk.bytes.get();
   const Status written = bytes ? write_records(*bytes, chunk.tally) : fail(bytes.error());
-  if (written) laz_->table.push_back({bytes->size(), chunk.points});
+  if (written) laz_->table.push_back({bytes->size(), static_cast<std::uint32_t>(chunk.tally.points)});
   return written;
 }
 
-/// Writes bytes that hold all points up to `tally` that are not in the file yet.
-Status LasWriter::write_records(ByteView records, const Tally& tally) {
+/// Writes the bytes of these points.
+Status LasWriter::write_records(ByteView bytes, const Tally& points) {
   const std::uint64_t whole = file_.size();
-  const Status written = file_.write(records);
+  const Status written = file_.write(bytes);
   if (written) {
-    in_file_ = tally;
+    in_file_.add(points);
     return {};
   }
   (void)fail(written.error());
@@ -230,13 +295,13 @@ Status LasWriter::write_records(ByteView records, const Tally& tally) {
 /// Remembers the error. The points that are not in the file yet will not come there any more.
 Status LasWriter::fail(Error error) {
   error_ = std::move(error);
-  counts_.lost += tally_.points - in_file_.points;
+  counts_.lost += counts_.written - in_file_.points;
   counts_.written = in_file_.points;
   return *error_;
 }
 
 Status LasWriter::write_table(bool at_end) {
-  const Bytes table = encode_laz_table(laz_->table, false);
+  const Bytes table = encode_laz_table(laz_->table, laz_->tree.has_value());
   std::uint64_t place = file_.size();
   if (at_end) {
     if (Status written = file_.write(table); !written) return written;
@@ -273,11 +338,30 @@ Status LasWriter::flush() {
   return done;
 }
 
+/// Writes the hierarchy of a COPC file, which is the last thing in it.
+Status LasWriter::write_hierarchy() {
+  std::vector<LazPlace> places;
+  std::uint64_t at = header_.point_offset + sizeof(std::uint64_t);
+  for (const LazChunkSize& size : laz_->table) {
+    places.push_back({at, size});
+    at += size.bytes;
+  }
+  const CopcHierarchy hierarchy = encode_copc_hierarchy(laz_->tree->nodes(), places, file_.size());
+  header_.evlr_offset = file_.size();
+  header_.evlr_count = 1;
+  Status done = file_.write(hierarchy.record);
+  if (done)
+    done = file_.overwrite(kCopcInfoPlace, encode_copc_info(laz_->tree->cube(), header_, hierarchy,
+                                                            {in_file_.first_time, in_file_.last_time}));
+  return done ? write_header() : done;
+}
+
 Status LasWriter::close() {
   if (!file_.is_open()) return Error{ErrorCode::Invalid, path().string() + " is closed"};
-  if (laz_ && !error_) submit_chunk();
+  if (laz_ && !error_) (void)submit_rest();  // its error is remembered
   Status flushed = flush();
   if (flushed && laz_) flushed = write_table(true);
+  if (flushed && laz_ && laz_->tree && in_file_.points > 0) flushed = write_hierarchy();
   const Status closed = file_.close();
   return flushed ? closed : flushed;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/cloud_format.hpp"
 #include "storage/file_writer.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/projection.hpp"
@@ -13,15 +14,16 @@ namespace hueline::storage {
 /// Returns a day as a decimal year, in which the epochs of coordinates are given.
 double decimal_year(const UtcTime& utc);
 
-/// Writes the coloured cloud as LAS or LAZ 1.4, point format 7: adjusted standard GPS time, steps of 1 mm, CRS as OGC
-/// WKT, 8-bit colours times 257, and extra bytes as the list of point fields says (core/point_fields.hpp). Reads no
-/// clock: the same blocks give the same bytes.
+/// Writes the coloured cloud as LAS or LAZ 1.4, or as COPC 1.0, point format 7: adjusted standard GPS time, steps of 1
+/// mm, CRS as OGC WKT, 8-bit colours times 257, and extra bytes as the list of point fields says
+/// (core/point_fields.hpp). Reads no clock: the same blocks give the same bytes.
 ///
 /// The header is updated every `header_every` points and by flush(), so a killed program leaves a file that can be read
 /// up to that update. The chunks of a LAZ file need their table for that, which belongs behind the last of them: until
 /// close() the table of the chunks so far is in a record of its own before the points, in two places by turns, so that
 /// a whole one is there at any moment. It has room for some 800 million points; LasReader finds the chunks behind
-/// these too.
+/// these too. The nodes of a COPC file are written while the points come (storage/point_octree.hpp), the hierarchy by
+/// close(); before it, the file is a LAZ file with the nodes so far.
 ///
 /// The first failed write is remembered and returned by all later calls. The file then ends with its
 /// last whole write, and its header fits that.
@@ -35,8 +37,10 @@ class LasWriter {
     std::string system_identifier = "hueline";    ///< in the LAS header, at most 32 bytes
     std::string generating_software = "hueline";  ///< in the LAS header, at most 32 bytes
     std::uint64_t header_every = 1'000'000;       ///< points between two updates of the header
-    bool compress = false;                        ///< LAZ instead of LAS
-    int threads = 1;                              ///< that compress; they do not change the bytes
+    CloudFormat format = CloudFormat::Las;
+    int threads = 1;                          ///< that compress; they do not change the bytes
+    std::uint32_t node_points = 65'536;       ///< COPC: points with which a node is full, at least 1
+    std::uint64_t octree_bytes = 256u << 20;  ///< COPC: memory for the points of nodes that are not full
     IfExists if_exists = IfExists::Replace;
     std::string validate() const;
   };
@@ -66,7 +70,7 @@ class LasWriter {
   template <const auto& Fields, class Point>
   Status append(const Geodetic& origin, std::span<const Point> points);
   /// Hands all points so far to the kernel, together with the header that counts them; of a LAZ file those of the
-  /// chunks that are full.
+  /// chunks that are full, of a COPC file those of the nodes that are finished.
   Status flush();
   /// Does what flush() does, writes everything to the medium and closes the file.
   Status close();
@@ -83,13 +87,26 @@ class LasWriter {
   Status start(const std::vector<LasExtraField>& extra);
   Status check(const Geodetic& origin, std::size_t extra_size) const;
   struct Compression;
-  struct Tally;
+  /// What the header says about points.
+  struct Tally {
+    Tally();
+    void add(const Tally& other);
+    std::uint64_t points = 0;
+    std::array<std::uint64_t, 15> by_return{};
+    std::array<std::int32_t, 3> lowest, highest;  // in the file's steps
+    double first_time, last_time;
+  };
+  Tally tally_of(ByteView records) const;
+  Bytes take_buffer();
   Status write_points();
-  Status write_records(ByteView records, const Tally& tally);
+  Status write_records(ByteView bytes, const Tally& points);
   Status fail(Error error);
+  Status submit_chunk(Bytes records);
+  Status submit_nodes();
+  Status submit_rest();
   Status write_chunk();
   Status write_table(bool at_end);
-  void submit_chunk();
+  Status write_hierarchy();
   Status write_header();
   Status keep_header();
   std::byte* encode(const ColouredPoint& point);
@@ -99,15 +116,9 @@ class LasWriter {
   Config config_;
   LasHeader header_;
   Counts counts_;
-  /// What the header says about the points. A copy is kept from the last write that succeeded.
-  struct Tally {
-    std::uint64_t points = 0;
-    std::array<std::uint64_t, 15> by_return{};
-    std::array<std::int32_t, 3> lowest, highest;  // in the file's steps
-  };
-  Tally tally_, in_file_;
+  Tally in_file_;
   std::optional<Error> error_;
-  std::unique_ptr<Compression> laz_;  // null for LAS
+  std::unique_ptr<Compression> laz_;  // of LAZ and COPC
   Bytes buffer_;
   std::size_t used_ = 0;
   std::uint64_t next_header_ = 0;

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr const char* kSummary = "summary.json";
-constexpr std::array kHashed{"cloud.las", "cloud.laz", "view.mcap"};
+constexpr std::array kHashed{"cloud.las", "cloud.laz", "cloud.copc.laz", "view.mcap"};
 constexpr std::array kHeld{"/verdict/grade", "/journal/packets", "/journal/sequence_gaps", "/points/total"};
 
 /// Reads a JSON file. nlohmann::json's parser has its own stack: a deep file does not exhaust the program's.

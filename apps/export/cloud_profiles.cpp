@@ -20,11 +20,6 @@
 namespace hueline::apps {
 namespace {
 
-/// Returns the cloud of a drive's folder, or the path itself.
-std::string cloud_of(const std::string& path) {
-  return runtime::drive_file(runtime::drive_file(path, "cloud.las"), "cloud.laz");
-}
-
 /// Returns the times at which the strips of a drive end, by the path that its POS gave.
 Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double length_m) {
   auto recording = runtime::Recording::open(words.drive, words.rig);
@@ -95,11 +90,13 @@ class LazProfile : public ExportProfile {
   int run(const ExportWords& words) override {
     products::CloudExport config;
     config.threads = words.threads;
-    const std::string cloud = cloud_of(words.drive);
+    const std::string cloud = runtime::drive_cloud(words.drive);
     std::error_code ignored;
     if (std::filesystem::is_directory(cloud, ignored)) {
-      log_error("{} is a folder without cloud.las or cloud.laz in it: a replay of its drive.mcap makes the cloud",
-                cloud);
+      log_error(
+          "{} is a folder without a cloud (cloud.las, cloud.laz, cloud.copc.laz) in it: a replay of its drive.mcap "
+          "makes the cloud",
+          cloud);
       return kInputUnreadable;
     }
     if (!words.split.empty()) return write_parts(words, cloud, is_copc(), config);

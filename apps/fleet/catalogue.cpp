@@ -100,7 +100,8 @@ CatalogueEntry entry_of(const std::string& drive) {
     entry.name = folder.filename().string();
     entry.results = folder.string();
     read_summary(entry, folder);
-    for (const char* file : {"cloud.las", "cloud.laz", "report.html", "report.pdf", "summary.json", "view.mcap"}) {
+    for (const char* file :
+         {"cloud.copc.laz", "cloud.las", "cloud.laz", "report.html", "report.pdf", "summary.json", "view.mcap"}) {
       if (!fs::exists(folder / file, unknown)) continue;
       auto hash = sha256_of(folder / file);
       if (hash.ok())

@@ -85,7 +85,7 @@ int picture(PictureOptions options) {
       throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
   if (!options.moving.empty() && !options.moving.ends_with(".webp"))
     throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
-  options.cloud = runtime::drive_file(runtime::drive_file(options.cloud, "cloud.las"), "cloud.laz");
+  options.cloud = runtime::drive_cloud(options.cloud);
   int status = kDone;
   if (!options.above.empty()) {
     const auto view = storage::picture_from_above(options.cloud);
@@ -131,7 +131,7 @@ void add_picture(Command& all) {
   auto options = std::make_shared<PictureOptions>();
   Command command = all.command("picture", "draw a cloud (LAS) from above, from the street, and while it is coloured");
   command.required("CLOUD", options->cloud,
-                   "cloud.las or cloud.laz, any other LAS file of version 1.0 to 1.4, or a drive's folder");
+                   "the cloud of a drive, any other LAS file of version 1.0 to 1.4, or a drive's folder");
   command.option("--above", options->above, "PNG file for the view from above");
   command.option("--street", options->street, "PNG file for a view along the street");
   command.setting("--at", options->at,

@@ -76,7 +76,7 @@ told 2 "the rig has no camera head" measure drive --picks picks.csv
 mkdir empty
 told 3 "empty is a folder without drive.mcap in it" inspect empty
 told 3 "empty is a folder without drive.mcap in it" replay empty --out d
-told 3 "empty is a folder without cloud.las or cloud.laz in it" export empty --out d.laz
+told 3 "empty is a folder without a cloud \(cloud.las, cloud.laz, cloud.copc.laz\) in it" export empty --out d.laz
 : >zero.mcap
 told 3 "zero.mcap is empty" inspect zero.mcap
 head -c 3000 drive/drive.mcap >cut.mcap

@@ -24,7 +24,7 @@ using test::TemporaryFolder;
 
 void write_cloud(const std::filesystem::path& path, std::size_t points, bool compress = false) {
   LasWriter::Config config;
-  config.compress = compress;
+  config.format = compress ? storage::CloudFormat::Laz : storage::CloudFormat::Las;
   auto writer = LasWriter::create(path, test::sample_origin(), config);
   ASSERT_TRUE(writer && writer->append(test::sample_cloud(points)) && writer->close());
 }
@@ -91,12 +91,17 @@ TEST(ExportCopc, HasEveryRecordOnceWhateverTheMemoryAndTheThreads) {
   EXPECT_TRUE(found == wanted);
 
   options.threads = 3;
-  options.held_points = 2000;
   ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "other.copc.laz", options));
   EXPECT_TRUE(contents(folder / "other.copc.laz") == contents(folder / "out.copc.laz"));
   write_cloud(folder / "cloud.laz", 30'000, true);
   ASSERT_TRUE(export_copc(folder / "cloud.laz", folder / "from_laz.copc.laz", options));
   EXPECT_TRUE(records_of(folder / "from_laz.copc.laz") == records_of(folder / "out.copc.laz"));
+
+  options.held_bytes = 4000 * 58;
+  ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "other.copc.laz", options));
+  found = records_of(folder / "other.copc.laz");
+  std::sort(found.begin(), found.end());
+  EXPECT_TRUE(found == wanted);
 }
 
 TEST(ExportCopc, TakesPointsThatAllHaveOnePlace) {

@@ -15,7 +15,7 @@ using namespace hueline::storage;
 std::string small_cloud(bool compress) {
   const test::WrittenFile file;
   LasWriter::Config config;
-  config.compress = compress;
+  config.format = compress ? CloudFormat::Laz : CloudFormat::Las;
   config.header_every = LasWriter::Config::kOnlyAtTheEnd;
   auto writer = LasWriter::create(file.path(), test::sample_origin(), config);
   if (!writer || !writer->append(test::sample_cloud(20)) || !writer->close()) std::abort();

@@ -1,69 +1,30 @@
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <random>
 
-#include "storage/las_reader.hpp"
-#include "storage/las_writer.hpp"
 #include "storage/laz_chunk.hpp"
 #include "storage/laz_format.hpp"
-#include "tests/storage/sample_cloud.hpp"
+#include "tests/storage/cloud_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
 namespace {
 
+using test::records_of;
 using test::sample_cloud;
 using test::sample_origin;
 using test::TemporaryFolder;
+using test::write_cloud;
 
 LasWriter::Config compressed(int threads = 1, std::uint64_t header_every = 1'000'000) {
   LasWriter::Config config;
   config.created = {2026, 3, 1, 12, 0, 0, 0};
-  config.compress = true;
+  config.format = CloudFormat::Laz;
   config.threads = threads;
   config.header_every = header_every;
   return config;
-}
-
-void write_cloud(const std::filesystem::path& path, const CloudBlock& cloud, const LasWriter::Config& config) {
-  auto writer = LasWriter::create(path, sample_origin(), config);
-  ASSERT_TRUE(writer) << writer.error().message;
-  ASSERT_TRUE(writer->append(cloud));
-  ASSERT_TRUE(writer->close());
-  EXPECT_EQ(writer->counts().written, cloud.points.size());
-}
-
-Bytes contents(const std::filesystem::path& path) {
-  Bytes bytes(std::filesystem::file_size(path));
-  std::ifstream(path, std::ios::binary)
-      .read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  return bytes;
-}
-
-/// Returns the records of all points that can be read, and how the reading ended.
-Bytes records_of(const std::filesystem::path& path, Status& end, std::size_t step = 65536) {
-  Bytes out;
-  auto reader = LasReader::open(path);
-  end = reader ? Status{} : Status{reader.error()};
-  std::vector<LasPoint> points;
-  while (end) {
-    end = reader->next(points, step);
-    if (points.empty()) break;
-    for (const LasPoint& point : points) append(out, point.record);
-  }
-  return out;
-}
-Bytes records_of(const std::filesystem::path& path) {
-  Status end;
-  Bytes records = records_of(path, end);
-  EXPECT_TRUE(end) << end.error().message;
-  return records;
 }
 
 /// Records in which every field takes ordinary and rare values, with jumps, also of the times.
@@ -153,7 +114,7 @@ TEST(Laz, HasTheRecordsOfTheLasFileInHalfTheSpace) {
   const TemporaryFolder folder;
   const CloudBlock cloud = sample_cloud(120'000);
   LasWriter::Config plain = compressed();
-  plain.compress = false;
+  plain.format = CloudFormat::Las;
   write_cloud(folder / "cloud.las", cloud, plain);
   const Bytes records = records_of(folder / "cloud.las");
   ASSERT_EQ(records.size(), 120'000u * 58);
@@ -166,7 +127,7 @@ TEST(Laz, HasTheRecordsOfTheLasFileInHalfTheSpace) {
   EXPECT_LT(std::filesystem::file_size(folder / "cloud.laz"), std::filesystem::file_size(folder / "cloud.las") / 2);
   for (const int threads : {2, 3}) {
     write_cloud(folder / "more.laz", cloud, compressed(threads));
-    EXPECT_TRUE(contents(folder / "more.laz") == contents(folder / "cloud.laz")) << threads << " threads";
+    EXPECT_TRUE(test::bytes_of(folder / "more.laz") == test::bytes_of(folder / "cloud.laz")) << threads << " threads";
   }
 }
 
@@ -181,16 +142,13 @@ TEST(Laz, AnEmptyCloudIsAFileToo) {
 TEST(Laz, AKilledWriterLeavesAFileThatReadsToItsLastHeader) {
   const TemporaryFolder folder;
   const auto path = folder / "cloud.laz";
-  const pid_t child = ::fork();
-  if (child == 0) {
-    auto writer = LasWriter::create(path, sample_origin(), compressed(1, 60'000));
-    for (std::size_t i = 0; i < 36; ++i)
-      if (!writer->append(sample_cloud(5'000, i * 5'000))) ::_exit(1);
-    ::_exit(0);
-  }
-  int result = 0;
-  ::waitpid(child, &result, 0);
-  ASSERT_EQ(result, 0);
+  ASSERT_EQ(test::status_of_killed([&] {
+              auto writer = LasWriter::create(path, sample_origin(), compressed(1, 60'000));
+              for (std::size_t i = 0; i < 36; ++i)
+                if (!writer->append(sample_cloud(5'000, i * 5'000))) return 1;
+              ::_exit(0);  // the writer is not closed
+            }),
+            0);
   write_cloud(folder / "whole.laz", sample_cloud(180'000), compressed());
   const Bytes whole = records_of(folder / "whole.laz");
   const Bytes read = records_of(path);
@@ -222,23 +180,7 @@ TEST(Laz, ACutFileReadsToItsLastWholeChunk) {
 TEST(Laz, WhatWasWrittenBeforeARefusedWriteReads) {
   const TemporaryFolder folder;
   const auto path = folder / "cloud.laz";
-  const pid_t child = ::fork();
-  if (child == 0) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{1'500'000, 1'500'000};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-    auto writer = LasWriter::create(path, sample_origin(), compressed(2));
-    const Status appended = writer->append(sample_cloud(600'000));
-    if (appended || appended.error().code != ErrorCode::Io) ::_exit(1);
-    const Status closed = writer->close();
-    if (closed || closed.error().message != appended.error().message) ::_exit(2);
-    if (writer->counts().written == 0 || writer->counts().lost == 0) ::_exit(3);
-    if (writer->header().point_count != writer->counts().written) ::_exit(4);
-    ::_exit(0);
-  }
-  int result = 0;
-  ::waitpid(child, &result, 0);
-  ASSERT_EQ(WEXITSTATUS(result), 0);
+  ASSERT_EQ(test::status_of_killed([&] { return test::write_into_limit(path, compressed(2)); }), 0);
   const Bytes read = records_of(path);
   EXPECT_GE(read.size(), 50'000u * 58);
   EXPECT_EQ(read.size() % (50'000 * 58), 0u);
@@ -248,7 +190,7 @@ TEST(LasReader, SaysWhichLazItDoesNotRead) {
   const TemporaryFolder folder;
   const auto path = folder / "cloud.laz";
   write_cloud(path, sample_cloud(10), compressed());
-  const Bytes whole = contents(path);
+  const Bytes whole = test::bytes_of(path);
   const auto open_with = [&](std::size_t at, std::uint8_t byte) {
     Bytes other = whole;
     other[at] = std::byte{byte};

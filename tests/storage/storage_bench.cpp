@@ -279,9 +279,9 @@ void las_against_memory_copy(benchmark::State& state) {
 }
 BENCHMARK(las_against_memory_copy)->UseManualTime()->Iterations(test::sized(5, 1))->Unit(benchmark::kMillisecond);
 
-/// The same with LAZ, once with one thread that compresses and once with two. space: bytes of the file divided by those
-/// of LAS.
-void laz_against_memory_copy(benchmark::State& state) {
+/// The same with LAZ or COPC, once with one thread that compresses and once with two. space: bytes of the file divided
+/// by those of LAS.
+void compressed_against_memory_copy(benchmark::State& state, CloudFormat format) {
   const CloudBlock cloud = test::sample_cloud(test::sized(2'000'000, 120'000));
   std::vector<ColouredPoint> copy(cloud.points.size());
   const auto path = file(".laz");
@@ -293,7 +293,7 @@ void laz_against_memory_copy(benchmark::State& state) {
     copying += seconds(start);
     start = Clock::now();
     LasWriter::Config config;
-    config.compress = true;
+    config.format = format;
     config.threads = static_cast<int>(state.range(0));
     auto writer = LasWriter::create(path, cloud.origin, config);
     if (!writer) throw std::runtime_error(writer.error().message);
@@ -312,7 +312,13 @@ void laz_against_memory_copy(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cloud.points.size()));
   state.counters["per_copy"] = writing / copying;
 }
-BENCHMARK(laz_against_memory_copy)
+BENCHMARK_CAPTURE(compressed_against_memory_copy, laz, CloudFormat::Laz)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Iterations(test::sized(3, 1))
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(compressed_against_memory_copy, copc, CloudFormat::Copc)
     ->Arg(1)
     ->Arg(2)
     ->UseManualTime()

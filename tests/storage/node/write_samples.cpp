@@ -55,7 +55,7 @@ bool write_recordings(const std::filesystem::path& folder) {
 
 /// Writes the cloud as LAZ: in one piece, and as a program does that may be killed.
 bool write_laz(const std::filesystem::path& folder, const CloudBlock& cloud, LasWriter::Config config) {
-  config.compress = true;
+  config.format = CloudFormat::Laz;
   for (const char* name : {"cloud.laz", "cloud_live.laz"}) {
     config.header_every = name == std::string_view("cloud.laz") ? LasWriter::Config::kOnlyAtTheEnd : 50'000;
     auto writer = LasWriter::create(folder / name, cloud.origin, config);
@@ -65,13 +65,19 @@ bool write_laz(const std::filesystem::path& folder, const CloudBlock& cloud, Las
   return true;
 }
 
-/// Writes cloud.las as COPC with small nodes, several of which are filled at once.
-bool write_copc(const std::filesystem::path& folder) {
-  products::CloudExport config;
+/// Writes the cloud as COPC with small nodes: cloud.las made anew, and as the points come, with little memory.
+bool write_copc(const std::filesystem::path& folder, const CloudBlock& cloud, LasWriter::Config config) {
+  products::CloudExport again;
+  again.node_points = 200;
+  const auto written = products::export_copc(folder / "cloud.las", folder / "cloud.copc.laz", again);
+  if (!written) return !failed(written.error());
+  config.format = CloudFormat::Copc;
   config.node_points = 200;
-  config.held_points = 25'000;
-  const auto written = products::export_copc(folder / "cloud.las", folder / "cloud.copc.laz", config);
-  return written ? true : !failed(written.error());
+  config.octree_bytes = 1u << 20;
+  config.threads = 2;
+  auto writer = LasWriter::create(folder / "cloud_live.copc.laz", cloud.origin, config);
+  if (!writer) return !failed(writer.error());
+  return !failed(writer->append(cloud)) && !failed(writer->close());
 }
 
 /// Writes cloud.las as tiles.
@@ -94,8 +100,8 @@ bool write_cloud(const std::filesystem::path& folder) {
   if (!write_laz(folder, cloud, config)) return false;
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
-  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder) || !write_parts(folder) ||
-      !products::export_ply(folder / "cloud.las", folder / "cloud.ply") ||
+  if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder, cloud, config) ||
+      !write_parts(folder) || !products::export_ply(folder / "cloud.las", folder / "cloud.ply") ||
       !products::export_e57(folder / "cloud.las", folder / "cloud.e57", "hueline"))
     return false;
   std::ofstream json(folder / "cloud.json");

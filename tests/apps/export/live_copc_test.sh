@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# A cloud that is written as COPC while it grows: the same bytes with any number of threads, the points of the LAS cloud, and every command
+# that takes a drive's cloud takes it.
+# usage: live_copc_test.sh HUELINE IMAGE_PROOF SOURCE_DIR
+set -euo pipefail
+hueline=$1 proof=$2 source=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+source "$source/tests/apps/program.sh"
+printf 'seed: 5\nduration_s: 3\ndrive: {stand_s: 0, accelerate_s: 0.5, speed: 6}\ncamera: {rate_hz: 2, lens_width: 64, lens_height: 54}\n' >scenario.yaml
+mkdir drive
+"$proof" scenario.yaml sim drive >proof.txt
+ends 0 "$hueline" simulate scenario.yaml --out sim --write-rig las.yaml
+sed 's/^cloud:/cloud:\n  format: copc/' las.yaml >copc.yaml
+! cmp -s las.yaml copc.yaml || fail "the rig has no cloud"
+for threads in 1 3; do ends 0 "$hueline" replay drive --rig copc.yaml --out copc-$threads --threads $threads --no-feed; done
+cmp copc-1/cloud.copc.laz copc-3/cloud.copc.laz || fail "threads changed the bytes"
+ends 0 "$hueline" replay drive --rig las.yaml --out las --no-feed
+cmp las/view.mcap copc-1/view.mcap || fail "the view depends on the cloud's format"
+
+points() { "$hueline" inspect "$1" | sed -n 's/^points  *//p'; }
+[ "$(points las/cloud.las)" -gt 100000 ] || fail "a drive of $(points las/cloud.las) points shows nothing"
+[ "$(points las/cloud.las)" = "$(points copc-1/cloud.copc.laz)" ] || fail "the number of points"
+# Sorted into tiles, both clouds have the same points; the tiles keep the order of the cloud they are made of.
+for cloud in las copc-1; do
+  ends 0 "$hueline" export $cloud --profile laz --split tile:20m --out tiles-$cloud
+  ends 0 "$hueline" picture $cloud --above $cloud.png
+done
+python3 - <<'END' || fail "the tiles differ"
+import json
+def parts(folder):
+    return {(p["file"], p["points"]) for p in (f["properties"] for f in json.load(open(f"tiles-{folder}/index.geojson"))["features"])}
+assert parts("las") == parts("copc-1") and len(parts("las")) > 3, (parts("las"), parts("copc-1"))
+END
+# A folder keeps the cloud of its last run only.
+ends 0 "$hueline" replay drive --rig las.yaml --out copc-1 --no-feed
+[ ! -e copc-1/cloud.copc.laz ] || fail "the cloud of the run before stayed"
+echo "cloud.copc.laz: $(points copc-3/cloud.copc.laz) points"
