@@ -27,7 +27,7 @@ struct Outputs::Line {
 struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
-  bool las_failed = false;
+  bool las_failed = false, las_closed = false;
   std::optional<storage::ViewWriter> view;  // exists after the first good solution; its frame is the cloud's origin
   bool view_failed = false;
   std::deque<Line> early;  // log lines until there are a view and a time at which to show them
@@ -73,7 +73,13 @@ bool Outputs::has_room() {
   is_reserved_ = true;
   keep((rig_.cloud_file() + std::string(", view.mcap")).c_str(),
        Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
+  close_cloud();  // now, because what a COPC file still needs is not small, and the recording's end comes last
   return false;
+}
+
+void Outputs::close_cloud() {
+  if (files_->las && !files_->las_failed && !std::exchange(files_->las_closed, true))
+    keep(rig_.cloud_file(), files_->las->close());
 }
 
 template <class Append>
@@ -180,7 +186,7 @@ void Outputs::on_command(const OperatorCommand& command) {
 }
 
 Status Outputs::finish(const Health* health) {
-  if (files_->las && !files_->las_failed) keep(rig_.cloud_file(), files_->las->close());
+  close_cloud();
   const bool ended_early = std::exchange(is_reserved_, false);
   reserve_ = nullptr;  // the ends of the files are small
   view([](auto& out) { return out.close(); });

@@ -62,6 +62,7 @@ class Outputs : public ProductSink {
   Outputs(const config::Rig& rig, OutputFolder folder, Tell tell);
   void keep(const char* file, Status done);
   bool has_room();
+  void close_cloud();
   struct Line;
   void log(Line line);
   template <class Append>
