@@ -16,9 +16,16 @@ constexpr std::size_t kEntries = 1u << 14;
 /// An inner node with fewer points than this share stays open to the end: that costs little, and those above the root
 /// are among them.
 constexpr std::size_t kFewShare = 64;
-constexpr std::size_t kFirstRecords = 16;  // for which a node gets memory at first
+constexpr std::size_t kBlockRecords = 16, kSlabBlocks = 256;
 
 }  // namespace
+
+/// Memory for some records of one node. Blocks are used again and again: buffers that grow and go would leave holes in
+/// the program's memory, several times what the records need.
+struct PointOctree::Block {
+  Block* next = nullptr;
+  std::byte* data() { return reinterpret_cast<std::byte*>(this + 1); }
+};
 
 /// Which cells of an inner node have a point: a hash table without chains, at most half full.
 class PointOctree::Grid {
@@ -57,15 +64,15 @@ struct PointOctree::Growing {
     std::uint64_t offset, bytes;
   };
   bool is_open() const { return state != State::Given; }
-  std::size_t total() const { return spilled_bytes + records.size(); }
+  std::size_t total() const { return spilled_bytes + bytes; }
 
   State state = State::Leaf;
   std::uint8_t level = 0;
   Place cell{};  // counted in nodes of the level
   Growing* above = nullptr;
   std::array<Growing*, 8> children{};
-  Bytes records;
-  std::size_t room = 0;  // bytes that the records may grow to before they need more memory
+  Block *first = nullptr, *newest = nullptr;
+  std::size_t bytes = 0;  // of the records in the blocks
   std::unique_ptr<Grid> grid;
   std::vector<Piece> spilled;  // what waits in the scratch file, older than the records
   std::size_t spilled_bytes = 0;
@@ -147,7 +154,7 @@ void PointOctree::insert(Growing* node, Place place, ByteView record) {
     }
     if (node->state == Growing::State::Inner && take_cell(*node, place)) {
       put(*node, record);
-      if (node->records.size() >= node_bytes_) give(*node);
+      if (node->bytes >= node_bytes_) give(*node);
       return;
     }
     if (node->level == kDeepest) {  // there is no place below: take the next cube
@@ -160,20 +167,45 @@ void PointOctree::insert(Growing* node, Place place, ByteView record) {
   }
 }
 
+/// Adds whole records.
 void PointOctree::put(Growing& node, ByteView records) {
-  const std::size_t size = node.records.size() + records.size();
-  if (size > node.room)
-    set_room(node, std::max({size, node.room + node.room / 2, kFirstRecords * config_.record_size}));
-  append(node.records, records);
+  const std::size_t block_bytes = kBlockRecords * config_.record_size;
+  for (; !records.empty(); records = records.subspan(config_.record_size)) {
+    const std::size_t used = node.bytes % block_bytes;
+    if (used == 0) {
+      if (free_ == nullptr) {
+        const std::size_t size = (sizeof(Block) + block_bytes + alignof(Block) - 1) / alignof(Block) * alignof(Block);
+        std::byte* const slab = slabs_.emplace_back(std::make_unique<std::byte[]>(size * kSlabBlocks)).get();
+        for (std::size_t i = 0; i < kSlabBlocks; ++i) free_ = new (slab + i * size) Block{free_};
+      }
+      Block* const block = std::exchange(free_, free_->next);
+      block->next = nullptr;
+      (node.first ? node.newest->next : node.first) = block;
+      node.newest = block;
+      held_bytes_ += block_bytes;
+    }
+    std::memcpy(node.newest->data() + used, records.data(), config_.record_size);
+    node.bytes += config_.record_size;
+  }
   node.last = number_;
 }
 
-/// Memory is counted as it is asked for here, not as the library rounds it up: which nodes are given away for it must
-/// not depend on the library.
-void PointOctree::set_room(Growing& node, std::size_t bytes) {
-  held_bytes_ += bytes - node.room;
-  node.room = bytes;
-  node.records.reserve(bytes);
+/// Takes the records out of the node's blocks.
+Bytes PointOctree::take_held(Growing& node) {
+  const std::size_t block_bytes = kBlockRecords * config_.record_size;
+  Bytes out(std::exchange(node.bytes, 0));
+  std::size_t at = 0;
+  for (Block* block = std::exchange(node.first, nullptr); block != nullptr;) {
+    const std::size_t size = std::min(block_bytes, out.size() - at);
+    std::memcpy(out.data() + at, block->data(), size);
+    at += size;
+    held_bytes_ -= block_bytes;
+    Block* const next = block->next;
+    block->next = std::exchange(free_, block);
+    block = next;
+  }
+  node.newest = nullptr;
+  return out;
 }
 
 void PointOctree::drop_grid(Growing& node) {
@@ -183,8 +215,8 @@ void PointOctree::drop_grid(Growing& node) {
 
 /// Takes the records out of the node, those in the scratch file too.
 Bytes PointOctree::take_records(Growing& node) {
-  held_bytes_ -= std::exchange(node.room, 0);
-  if (node.spilled.empty()) return std::exchange(node.records, {});
+  Bytes held = take_held(node);
+  if (node.spilled.empty()) return held;
   Bytes all(std::exchange(node.spilled_bytes, 0));
   std::size_t at = 0;
   for (const auto& [offset, bytes] : std::exchange(node.spilled, {})) {
@@ -193,7 +225,7 @@ Bytes PointOctree::take_records(Growing& node) {
       error_ = read.error();
     at += static_cast<std::size_t>(bytes);
   }
-  append(all, std::exchange(node.records, {}));
+  append(all, held);
   return all;
 }
 
@@ -262,32 +294,30 @@ void PointOctree::give(Growing& node) {
 
 /// Moves the records of a small node to the scratch file.
 void PointOctree::spill(Growing& node) {
-  if (node.records.empty()) return;
-  if (!scratch_ && !error_) {
+  const Bytes records = take_held(node);
+  if (records.empty() || error_) return;
+  if (!scratch_) {
     auto made = ScratchFile::create(config_.scratch);
     if (made)
       scratch_ = std::move(*made);
     else
       error_ = made.error();
   }
-  if (!error_) {
-    const Result<std::uint64_t> offset = scratch_->append(node.records);
-    if (offset) {
-      node.spilled.push_back({*offset, node.records.size()});
-      node.spilled_bytes += node.records.size();
-    } else {
-      error_ = offset.error();
-    }
+  if (error_) return;
+  const Result<std::uint64_t> offset = scratch_->append(records);
+  if (!offset) {
+    error_ = offset.error();
+    return;
   }
-  held_bytes_ -= std::exchange(node.room, 0);
-  node.records = {};
+  node.spilled.push_back({*offset, records.size()});
+  node.spilled_bytes += records.size();
 }
 
 /// Joins a small node without children with the node above, if there is room. It stays open: points may still come.
 bool PointOctree::join(Growing& node) {
   Growing* const above = node.above;
   if (node.state != Growing::State::Leaf || node.total() >= node_bytes_ / kSmallShare || above == nullptr ||
-      !above->is_open() || above->records.size() + node.total() > 2 * node_bytes_)
+      !above->is_open() || above->bytes + node.total() > 2 * node_bytes_)
     return false;
   const std::uint64_t last = above->last;
   put(*above, take_records(node));
@@ -307,9 +337,8 @@ void PointOctree::make_room() {
     std::vector<Worth> open;
     for (const auto& node : nodes_) {
       const std::size_t least = node->state == Growing::State::Inner ? node_bytes_ / kFewShare : 1;
-      if (node->is_open() && node->records.size() >= least)
-        open.push_back(
-            {static_cast<double>(node->records.size()) * static_cast<double>(number_ - node->last + 1), node.get()});
+      if (node->is_open() && node->bytes >= least)
+        open.push_back({static_cast<double>(node->bytes) * static_cast<double>(number_ - node->last + 1), node.get()});
     }
     if (open.empty()) return;
     std::sort(open.begin(), open.end(), [](const Worth& a, const Worth& b) {
@@ -341,7 +370,7 @@ void PointOctree::find_root() {
       continue;
     }
     Growing* const child = root_->children[octant];
-    if (child == nullptr || (!child->is_open() && !root_->records.empty())) return;
+    if (child == nullptr || (!child->is_open() && root_->bytes > 0)) return;
     if (Bytes records = take_records(*root_); !records.empty()) put(*child, records);
     drop_grid(*root_);
     root_ = child;

@@ -77,6 +77,7 @@ class PointOctree {
   static constexpr unsigned kGridBits = 7;
   static constexpr unsigned kEntry = 16;       // the level at which the way of most points begins
   using Place = std::array<std::uint64_t, 3>;  // in the lattice, in steps
+  struct Block;
   class Grid;
   struct Growing;
   struct Entry {
@@ -89,8 +90,8 @@ class PointOctree {
   Entry& entry_of(const Place& place);
   void insert(Growing* node, Place place, ByteView record);
   void put(Growing& node, ByteView records);
-  void set_room(Growing& node, std::size_t bytes);
   void drop_grid(Growing& node);
+  Bytes take_held(Growing& node);
   Bytes take_records(Growing& node);
   Growing* child_of(Growing& node, const Place& place);
   bool take_cell(Growing& node, const Place& place);
@@ -107,8 +108,10 @@ class PointOctree {
   std::size_t node_bytes_;
   std::array<double, 3> ratio_{};  // of the scales to the greatest
   double step_ = 1;
-  Place shift_{};                                // lattice = coordinate + shift
-  std::vector<std::unique_ptr<Growing>> nodes_;  // a node stands behind the one above it
+  Place shift_{};                                    // lattice = coordinate + shift
+  std::vector<std::unique_ptr<std::byte[]>> slabs_;  // the memory of all blocks
+  Block* free_ = nullptr;                            // blocks that no node has
+  std::vector<std::unique_ptr<Growing>> nodes_;      // a node stands behind the one above it
   std::vector<Entry> entries_;
   std::vector<Bytes> given_;
   std::size_t given_count_ = 0;
