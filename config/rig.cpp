@@ -96,7 +96,7 @@ struct CloudKeys {
         {"format", "",
          "Whether the cloud is written as `cloud.las`, or compressed as `cloud.laz`, which takes two "
          "fifths of the space and the time of half a processor core for a million points a second, or as "
-         "`cloud.copc.laz` (COPC), which viewers load in parts. COPC takes 300 MB of memory and three quarters "
+         "`cloud.copc.laz` (COPC), which viewers load in parts. COPC takes 350 MB of memory and three quarters "
          "of a core for that, and its points do not stand in the order of the drive."},
         format,
         {{"las", storage::CloudFormat::Las}, {"laz", storage::CloudFormat::Laz}, {"copc", storage::CloudFormat::Copc}});
