@@ -28,8 +28,11 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return reader.error();
   storage::LasHeader header = reader->header();
-  if (header.point_count == 0)
-    return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
+  std::vector<LasPoint> points;
+  Status read = reader->next(points, kPointsAtOnce);
+  const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
+  if (is_wrong()) return read.error();
+  if (points.empty()) return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
   header.point_count = 0;
   header.points_by_return = {};
   std::vector<storage::LasVlr> records = lasting_records(reader->records());
@@ -39,12 +42,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
 
   PointOctree tree({header.scale, header.point_size, options.node_points, options.held_bytes, out.parent_path()});
   std::pair<double, double> times{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
-  bool was_cut = false;
-  for (std::vector<LasPoint> points;;) {
-    const Status read = reader->next(points, kPointsAtOnce);
-    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
-    was_cut = !read;
-    if (points.empty()) break;
+  while (!points.empty()) {
     for (const LasPoint& point : points) {
       if (Status added = tree.add(point.record); !added) return added.error();
       ++file->header().point_count;
@@ -53,6 +51,8 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
       times.second = std::max(times.second, point.time.value_or(0));
     }
     if (Status added = add_nodes(*file, tree); !added) return added.error();
+    read = reader->next(points, kPointsAtOnce);
+    if (is_wrong()) return read.error();
   }
   for (bool has_more = true; has_more;) {
     const Result<bool> finished = tree.finish_some();
@@ -70,7 +70,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
           file->overwrite(storage::kCopcInfoPlace, storage::encode_copc_info(tree.cube(), header, hierarchy, times));
       !written)
     return written.error();
-  ExportedCloud done{file->header().point_count, file->size(), file->places().size(), was_cut};
+  ExportedCloud done{file->header().point_count, file->size(), file->places().size(), !read.ok()};
   if (Status closed = file->close(); !closed) return closed.error();
   return done;
 }

@@ -122,6 +122,10 @@ TEST(Export, SaysWhatIsWrong) {
   EXPECT_EQ(export_laz(folder / "none.las", folder / "out.laz", {}).error().code, ErrorCode::Io);
   write_cloud(folder / "empty.las", 0);
   EXPECT_EQ(export_copc(folder / "empty.las", folder / "out.laz", {}).error().code, ErrorCode::Invalid);
+  write_cloud(folder / "cut.las", 10);
+  std::filesystem::resize_file(folder / "cut.las", std::filesystem::file_size(folder / "cut.las") - 9 * 58 - 1);
+  EXPECT_EQ(export_copc(folder / "cut.las", folder / "cut.copc.laz", {}).error().code, ErrorCode::Invalid);
+  EXPECT_FALSE(std::filesystem::exists(folder / "cut.copc.laz")) << "nothing is written of a cloud without a point";
   write_cloud(folder / "cloud.las", 10);
   EXPECT_EQ(export_laz(folder / "cloud.las", "/nonexistent/out.laz", {}).error().code, ErrorCode::Io);
   std::string bytes = contents(folder / "cloud.las");
