@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "fusion/turn_skin.hpp"
 
@@ -17,8 +18,17 @@ namespace hueline::fusion {
 constexpr std::size_t kBesideRows = 5, kBesideColumns = 2;
 constexpr float kSameSurface = 0.04f;
 constexpr std::size_t kWindow = 2 * kBesideRows + 1;
-constexpr std::size_t kWidest = 16;  // lanes of a vector
+constexpr std::size_t kWidest = 8;  // lanes of a vector
 constexpr std::uint32_t kNoPoint = 0xFFFFFFFFU;
+/// For each selection of eight lanes their numbers, four bits for each: what is selected comes first. Compress() of
+/// Highway has such a table too, which compilers copy to the stack for each vector.
+constexpr std::array<std::uint32_t, 256> kWantedFirst = [] {
+  std::array<std::uint32_t, 256> out{};
+  for (std::uint32_t bits = 0; bits < out.size(); ++bits)
+    for (std::uint32_t lane = 0, at = 0; lane < kWidest; ++lane)
+      if ((bits >> lane & 1u) != 0) out[bits] |= lane << (4 * at++);
+  return out;
+}();
 /// What TurnSkin holds.
 struct SkinView {
   const float* nearness;
@@ -36,11 +46,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// Writes the indices of those among kWindow points in sequence that are about as near as `own`. Returns how many there
 /// are.
-std::size_t select(const float* nearness, const std::uint32_t* index, float own, std::uint32_t self,
-                   std::uint32_t* out) {
+HWY_INLINE std::size_t select(const float* nearness, const std::uint32_t* index, float own, std::uint32_t self,
+                              std::uint32_t* out) {
   const hn::CappedTag<float, kWidest> d;
   const hn::RebindToUnsigned<decltype(d)> whole;
   const std::size_t lanes = hn::Lanes(d);
+  const auto four_bits_each = hn::Mul(hn::Iota(whole, 0), hn::Set(whole, 4));
   std::size_t count = 0;
   for (std::size_t i = 0; i < kWindow; i += lanes) {
     const auto apart = hn::Abs(hn::Sub(hn::LoadU(d, nearness + i), hn::Set(d, own)));
@@ -48,9 +59,11 @@ std::size_t select(const float* nearness, const std::uint32_t* index, float own,
     const auto is_near = hn::RebindMask(whole, hn::Le(apart, hn::Set(d, kSameSurface * own)));
     const auto is_other = hn::And(hn::Ne(found, hn::Set(whole, kNoPoint)), hn::Ne(found, hn::Set(whole, self)));
     const auto is_wanted = hn::And(hn::FirstN(whole, kWindow - i), hn::And(is_near, is_other));
-    // CompressStore() is several times slower than this on some processors.
-    hn::StoreU(hn::Compress(found, is_wanted), whole, out + count);
-    count += hn::CountTrue(whole, is_wanted);
+    std::array<std::uint8_t, 8> bits;  // as many as StoreMaskBits() may write
+    hn::StoreMaskBits(whole, is_wanted, bits.data());
+    const auto order = hn::And(hn::Shr(hn::Set(whole, kWantedFirst[bits[0]]), four_bits_each), hn::Set(whole, 7));
+    hn::StoreU(hn::TableLookupLanes(found, hn::IndicesFromVec(whole, order)), whole, out + count);
+    count += static_cast<std::size_t>(std::popcount(bits[0]));
   }
   return count;
 }
@@ -64,13 +77,18 @@ void neighbours(const SkinView& skin, IndexLists& out) {
     const std::size_t own = 2 * column * skin.height + row + skin.around;
     const float nearness = skin.nearness[skin.index[own] == i ? own : own + skin.height];
     std::size_t count = 0;
-    for (std::size_t c = column + skin.columns - kBesideColumns; c <= column + skin.columns + kBesideColumns; ++c) {
-      const std::size_t near = 2 * (c % skin.columns) * skin.height + row + skin.around - kBesideRows;
+    std::size_t c = (column < kBesideColumns ? column + skin.columns : column) - kBesideColumns;
+    for (std::size_t k = 0; k <= 2 * kBesideColumns; ++k, c = c + 1 < skin.columns ? c + 1 : 0) {
+      const std::size_t near = 2 * c * skin.height + row + skin.around - kBesideRows;
       for (const std::size_t first : {near, near + skin.height})
         count += select(skin.nearness + first, skin.index + first, nearness, i, &found[count]);
     }
     const std::size_t stride = count / (TurnSkin::kMostNeighbours + 1) + 1;
-    for (std::size_t k = 0; k < count; k += stride) out.indices.push_back(found[k]);
+    if (stride == 1) {
+      out.indices.insert(out.indices.end(), found.data(), found.data() + count);
+    } else {
+      for (std::size_t k = 0; k < count; k += stride) out.indices.push_back(found[k]);
+    }
   }
   out.first.push_back(static_cast<std::uint32_t>(out.indices.size()));
 }
