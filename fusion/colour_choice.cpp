@@ -8,12 +8,10 @@
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
 
-/// Chooses the exposure that gives a point its colour, and samples the colour.
+/// Chooses the exposure that gives a point its colour.
 namespace hueline::fusion {
 namespace {
 
-constexpr float kFullBorder = 64.0f;      // distance from the border, px, from which the quality is not reduced
-constexpr float kSaturated = 250.0f;      // of a sampled value
 constexpr float kLostLight = 0.25f;       // what a saturated pixel costs, rad
 constexpr float kPerNanosecond = 1e-10f;  // what poses and light drift apart between firing and exposure, rad/ns
 constexpr float kSameLine = 0.02f;        // nothing fits between two lines with this parallax, rad
@@ -29,26 +27,9 @@ constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 constexpr nanoseconds kOwnMoment{100'000'000};
 // Where the best line of sight is no better, the images are asked too.
 constexpr LineOfSight kDoubtful = LineOfSight::Unwatched;
-// By LineOfSight: what a line costs, as an angle of parallax, rad; how far an image is trusted to show a point; and how
-// far the laser points vouch for its colour.
+// By LineOfSight: what a line costs, as an angle of parallax, rad; and how far an image is trusted to show a point.
 constexpr std::array<float, 7> kCost{kNever, 0.51f, 0.51f, 0.34f, 0.17f, 0.17f, 0.0f};
 constexpr std::array<float, 7> kTrust{0.2f, 0.25f, 0.7f, 0.95f, 0.98f, 0.98f, 1.0f};
-constexpr std::array<float, 7> kVouched{0.0f, 0.3f, 0.4f, 0.6f, 0.7f, 0.8f, 1.0f};
-
-/// Returns how far stamps can be trusted in this state, 0 to 1.
-float trust(SyncState state) {
-  switch (state) {
-    case SyncState::Locked:
-      return 1.0f;
-    case SyncState::Holdover:
-      return 0.7f;
-    case SyncState::Acquiring:
-      return 0.5f;
-    case SyncState::Unlocked:
-      return 0.25f;
-  }
-  return 0.25f;
-}
 
 float drift(const Moment& moment, GpsTime time) {
   return kPerNanosecond * static_cast<float>(std::abs((time - moment.time).count()));
@@ -97,44 +78,6 @@ float cost_of(LineOfSight look) { return kCost[static_cast<std::size_t>(look)]; 
 
 }  // namespace
 
-const HeadGains* Colouring::gains_of(const Moment& moment, const Piece& piece) const {
-  return moment.gains ? &*moment.gains : piece.usual_gains;
-}
-
-bool Colouring::has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const {
-  if (gains == nullptr || std::max({pixel.red, pixel.green, pixel.blue}) <= kSaturated) return false;
-  // A pixel that would saturate at the reference's gain as well has lost nothing.
-  const auto& scale = gains->lenses[sight.lens].scale;
-  return std::min({scale[0], scale[1], scale[2]}) <= 0.95f;
-}
-
-/// Writes a point's colour, where it is from, and how good it is.
-void Colouring::paint(const Moment& moment, const Found& found, const std::array<std::uint8_t, 3>& colour,
-                      ColouredPoint& point) const {
-  const Sight& sight = found.sight;
-  const Moment::Picture& picture = moment.pictures[projector_.lenses()[sight.lens].camera];
-  point.red = colour[0];
-  point.green = colour[1];
-  point.blue = colour[2];
-  point.exposure = picture.exposure;
-  point.lens = sight.lens;
-  if (projector_.method() == ColourMethod::Panorama) {
-    const auto [x, y, z] = moment.viewpoint->in_head(point.east, point.north, point.up);
-    projector_.panorama_pixel(x, y, z, point.u, point.v);
-  } else {
-    point.u = sight.x;
-    point.v = sight.y;
-  }
-  const auto away = static_cast<float>(std::abs((point.time - moment.time).count()));
-  const auto interval = static_cast<float>(timeline_.interval().count());
-  const float timely = interval / (interval + away);
-  const float border = std::min(1.0f, sight.border_px / kFullBorder);
-  const float stamped = trust(moment.state) * (moment.timing == ExposureTiming::EventMark ? 1.0f : 0.8f);
-  const float vouched =
-      config_.choice == ExposureChoice::Visible ? kVouched[static_cast<std::size_t>(found.look)] : 1.0f;
-  point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * vouched);
-}
-
 /// Chooses the moment that sees a point most nearly as the scanner did, for the scanner did see it. What may lie
 /// between grows with the angle between the two lines. `index` is that of the point in piece.seen.
 Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& piece,
@@ -162,7 +105,8 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     Sight sight;
     if (!sees(moment, point, sight)) continue;
     const FloatLens& lens = projector_.lenses()[sight.lens];
-    if (has_lost_light(gains_of(moment, piece), sight, sample_sight(lens, moment.pictures[lens.camera], sight)))
+    if (is_dimmed(gains_of(moment, piece), sight.lens) &&
+        is_saturated(sample_sight(lens, moment.pictures[lens.camera], sight)))
       cost += kLostLight;
     if (cost >= least) continue;
     found.moment = piece.candidates[k];
@@ -170,37 +114,70 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     found.look = look;
     least = cost;
   }
-  // What moves is somewhere else at other moments, so their images bear no witness.
-  if (!moves && found.moment >= 0 && found.look <= kDoubtful) take_agreed(index, piece, point, found);
   return found;
 }
 
-/// Where the laser points leave open whether even the best moment sees the point, the images decide: those that see it
-/// show one colour, the others show what happens to be in front. Replaces the choice in `found` by the view that most
-/// others agree with.
-void Colouring::take_agreed(std::size_t index, Piece& piece, const ColouredPoint& point, Found& found) const {
-  piece.witnesses.clear();
-  piece.views.clear();
-  for (std::size_t k = 0; k < piece.candidates.size(); ++k) {
-    const Moment& moment = timeline_.at(piece.candidates[k]);
-    const float least = least_cost(moment, piece.seen[k], index, piece.leaps[k], point);
-    Sight sight;
-    if (least >= kNever || !sees(moment, point, sight)) continue;
-    const FloatLens& lens = projector_.lenses()[sight.lens];
-    const HeadGains* gains = gains_of(moment, piece);
-    const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], sight);
-    if (has_lost_light(gains, sight, pixel)) continue;
-    const LineOfSight look = line_of_sight(moment, piece.seen[k], index, false, point.time, piece.is_provisional);
-    const float trust = kTrust[static_cast<std::size_t>(look)];
-    piece.witnesses.push_back(
-        {radiometry_.render(pixel, gains, sight.lens, lens.off_axis(sight.x, sight.y), piece.adaptation), trust,
-         look == LineOfSight::Hidden ? 0.0f : trust / (1.0f + least)});
-    piece.views.push_back({piece.candidates[k], sight, look, found.is_hidden});
+/// Where the laser points leave open whether even the best moment sees a point, the images decide: those that see it
+/// show one colour, the others show what happens to be in front. Replaces what was found for piece.doubtful by the view
+/// that most others agree with. piece.places are those of piece.rest, and are not kept.
+void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const {
+  const std::size_t count = piece.doubtful.size(), most = piece.candidates.size();
+  if (count == 0) return;
+  for (std::size_t d = 0; d < count; ++d) {
+    const std::size_t k = piece.doubtful[d];
+    piece.places.set(d, {piece.places.x[k], piece.places.y[k], piece.places.z[k]});
   }
-  if (piece.views.empty()) return;
-  // If only hidden views are left, they agree on what hides the point.
-  if (const Found& agreed = piece.views[most_agreed(piece.witnesses)]; agreed.look != LineOfSight::Hidden)
-    found = agreed;
+  piece.places.resize(count);
+  piece.witnesses.resize(count * most);
+  piece.views.resize(count * most);
+  piece.witness_count.assign(count, 0);
+  for (std::size_t c = 0; c < most; ++c) {
+    const Moment& moment = timeline_.at(piece.candidates[c]);
+    const HeadGains* gains = gains_of(moment, piece);
+    const SeenPlaces& seen = piece.seen[c];
+    Sights& sights = piece.sights;
+    projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
+                        moment.has_image.data(), moment.blind, sights);
+    piece.costs.resize(count);
+    for (std::size_t d = 0; d < count; ++d) {
+      const std::size_t k = piece.doubtful[d];
+      const ColouredPoint& point = points[piece.rest[k]];
+      piece.costs[d] = least_cost(moment, seen, k, piece.leaps[c], point);
+      if (piece.costs[d] >= kNever) {
+        sights.lens[d] = kNoLens;
+      } else if (Sight sight; sights.lens[d] == kNoLens && sees(moment, point, sight)) {
+        sights.set(d, sight);
+      }
+    }
+    piece.sampler.sample(projector_.lenses(), moment, sights, piece.pixels);
+    piece.rendered.clear();
+    piece.group.clear();
+    for (std::size_t d = 0; d < count; ++d) {
+      if (sights.lens[d] == kNoLens) continue;
+      if (d + kAhead < count) Visibility::prefetch(moment, seen.cell[piece.doubtful[d + kAhead]]);
+      const FloatLens& lens = projector_.lenses()[sights.lens[d]];
+      if (is_dimmed(gains, sights.lens[d]) && is_saturated(piece.pixels[d])) continue;
+      const std::size_t k = piece.doubtful[d];
+      const std::uint32_t i = piece.rest[k];
+      const LineOfSight look = line_of_sight(moment, seen, k, false, points[i].time, piece.is_provisional);
+      const float trust = kTrust[static_cast<std::size_t>(look)];
+      const std::size_t at = d * most + piece.witness_count[d]++;
+      piece.witnesses[at] = {{}, trust, look == LineOfSight::Hidden ? 0.0f : trust / (1.0f + piece.costs[d])};
+      piece.views[at] = {piece.candidates[c], sights.at(d), look, piece.found[i].is_hidden};
+      piece.group.push_back(static_cast<std::uint32_t>(at));
+      piece.rendered.add(piece.pixels[d], sights.lens[d], lens.off_axis(sights.x[d], sights.y[d]));
+    }
+    render(gains, piece);
+    for (std::size_t n = 0; n < piece.group.size(); ++n)
+      piece.witnesses[piece.group[n]].colour = piece.rendered.colours[n];
+  }
+  for (std::size_t d = 0; d < count; ++d) {
+    if (piece.witness_count[d] == 0) continue;
+    const std::span witnesses(&piece.witnesses[d * most], piece.witness_count[d]);
+    // If only hidden views are left, they agree on what hides the point.
+    if (const Found& agreed = piece.views[d * most + most_agreed(witnesses)]; agreed.look != LineOfSight::Hidden)
+      piece.found[piece.rest[piece.doubtful[d]]] = agreed;
+  }
 }
 
 /// Chooses for each point between the nearest moments before and after it, where no other can be better: along the way,
@@ -282,65 +259,16 @@ bool Colouring::sees(const Moment& moment, const ColouredPoint& point, Sight& si
   return projector_.see(x, y, z, moment.has_image.data(), moment.blind, sight, moment.viewpoint->motion);
 }
 
-/// Collects the indices and places of the points that are wanted.
-template <class Predicate>
-void Colouring::gather(const PlacedBatch& batch, const Predicate& is_wanted, Piece& piece) {
+/// Chooses for the points of piece.rest from any candidate.
+void Colouring::choose_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
+  const bool is_visible = config_.choice == ExposureChoice::Visible;
   const RelativePlaces& from = batch.placed.places;
-  piece.group.clear();
-  for (std::size_t i = 0; i < from.size(); ++i)
-    if (is_wanted(i)) piece.group.push_back(static_cast<std::uint32_t>(i));
-  piece.places.resize(piece.group.size());
-  for (std::size_t k = 0; k < piece.group.size(); ++k) {
-    const std::uint32_t i = piece.group[k];
+  piece.places.resize(piece.rest.size());
+  for (std::size_t k = 0; k < piece.rest.size(); ++k) {
+    const std::uint32_t i = piece.rest[k];
     piece.places.set(k, {from.x[i], from.y[i], from.z[i]});
   }
-}
-
-/// Colours the points whose moment is chosen, where the nearest lens shows them in good light. The others keep -1.
-void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
-  std::vector<Found>& found = piece.found;
-  for (const int candidate : piece.candidates) {
-    const Moment& moment = timeline_.at(candidate);
-    gather(
-        batch, [&](std::size_t i) { return found[i].moment == candidate; }, piece);
-    if (piece.group.empty()) continue;
-    const Sights& sights = piece.sights;
-    projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
-                        moment.has_image.data(), moment.blind, piece.sights);
-    piece.sampler.sample(projector_.lenses(), moment, sights, piece.pixels);
-    piece.lenses.clear();
-    piece.off_axis.clear();
-    std::size_t shown = 0;
-    for (std::size_t k = 0; k < piece.group.size(); ++k) {
-      const std::uint32_t i = piece.group[k];
-      found[i].moment = -1;
-      if (sights.lens[k] == kNoLens) continue;
-      found[i].sight = {sights.lens[k], sights.x[k], sights.y[k], sights.border_px[k], 0};
-      const FloatLens& lens = projector_.lenses()[sights.lens[k]];
-      const Rgb pixel = piece.pixels[k];
-      if (config_.choice == ExposureChoice::Visible && has_lost_light(gains_of(moment, piece), found[i].sight, pixel))
-        continue;
-      found[i].moment = candidate;
-      piece.pixels[shown] = pixel;
-      piece.group[shown++] = i;
-      piece.lenses.push_back(sights.lens[k]);
-      piece.off_axis.push_back(lens.off_axis(sights.x[k], sights.y[k]));
-    }
-    piece.pixels.resize(shown);
-    piece.colours.resize(shown);
-    radiometry_.render_each(piece.pixels, gains_of(moment, piece), piece.lenses.data(), piece.off_axis.data(),
-                            piece.adaptation, piece.colours.data());
-    for (std::size_t k = 0; k < shown; ++k)
-      paint(moment, found[piece.group[k]], piece.colours[k], points[piece.group[k]]);
-  }
-}
-
-/// Colours the points that have no colour yet, one by one, from any candidate.
-void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
-  const bool is_visible = config_.choice == ExposureChoice::Visible;
-  gather(
-      batch, [&](std::size_t i) { return piece.found[i].moment < 0; }, piece);
-  if (piece.group.empty()) return;
+  piece.doubtful.clear();
   if (is_visible) {
     piece.seen.resize(std::max(piece.seen.size(), piece.candidates.size()));
     piece.leaps.clear();
@@ -350,30 +278,27 @@ void Colouring::colour_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
       locate(visibility_.grid(), moment.viewpoint->relative_to(batch.placed.scanner_enu), piece.places, piece.seen[k]);
     }
   }
-  for (std::size_t k = 0; k < piece.group.size(); ++k) {
-    if (is_visible && k + 1 < piece.group.size())
+  for (std::size_t k = 0; k < piece.rest.size(); ++k) {
+    if (is_visible && k + 1 < piece.rest.size())
       for (std::size_t c = 0; c < piece.candidates.size(); ++c)
         Visibility::prefetch(timeline_.at(piece.candidates[c]), piece.seen[c].cell[k + 1]);
-    const std::uint32_t i = piece.group[k];
+    const std::uint32_t i = piece.rest[k];
     ColouredPoint& point = points[i];
+    const bool moves = piece.sightings[i].is_moving();
     const int owner = timeline_.owner_of(point.time);
     // An owner without a pose is treated as a lost image.
     const bool is_lost = owner < 0 || !timeline_.at(owner).viewpoint;
     Found& found = piece.found[i];
-    found = is_visible ? find_visible(k, piece.sightings[i].is_moving(), piece, point)
-                       : find_nearest(owner, is_lost, piece, point);
+    found = is_visible ? find_visible(k, moves, piece, point) : find_nearest(owner, is_lost, piece, point);
     if (found.moment < 0) {
       const bool has_asked = !is_lost || !piece.candidates.empty();
       point.state = found.is_hidden ? ColourState::Hidden : has_asked ? ColourState::Outside : ColourState::NoExposure;
-      continue;
+    } else if (is_visible && !moves && found.look <= kDoubtful) {
+      // What moves is somewhere else at other moments, so their images bear no witness.
+      piece.doubtful.push_back(static_cast<std::uint32_t>(k));
     }
-    const Moment& moment = timeline_.at(found.moment);
-    const FloatLens& lens = projector_.lenses()[found.sight.lens];
-    const Rgb pixel = sample_sight(lens, moment.pictures[lens.camera], found.sight);
-    const float off_axis = lens.off_axis(found.sight.x, found.sight.y);
-    paint(moment, found,
-          radiometry_.render(pixel, gains_of(moment, piece), found.sight.lens, off_axis, piece.adaptation), point);
   }
+  take_agreed(batch, points, piece);
 }
 
 /// Finds the moments that may colour the points of a batch. They change with a point's time by less than matters within
@@ -447,7 +372,11 @@ void Colouring::colour_piece(const PlacedBatch& batch, Piece& piece, ColouredPoi
     }
   }
   paint_chosen(batch, points, piece);
-  colour_rest(batch, points, piece);
+  piece.rest.clear();
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    if (piece.found[i].moment < 0) piece.rest.push_back(static_cast<std::uint32_t>(i));
+  choose_rest(batch, points, piece);
+  paint_rest(points, piece);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     ColouredPoint& point = points[i];
     if (piece.found[i].moment >= 0)

@@ -151,14 +151,14 @@ class Colouring {
   const HeadGains* gains_of(const Moment& moment, const Piece& piece) const;
   void choose_beside(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
   void paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
-  void colour_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
-  template <class Predicate>
-  static void gather(const PlacedBatch& batch, const Predicate& is_wanted, Piece& piece);
+  void choose_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
+  void paint_rest(ColouredPoint* points, Piece& piece) const;
+  void paint_group(const Moment& moment, bool skips_lost_light, ColouredPoint* points, Piece& piece) const;
+  void render(const HeadGains* gains, Piece& piece) const;
   Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
-  void take_agreed(std::size_t index, Piece& piece, const ColouredPoint& point, Found& found) const;
+  void take_agreed(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
-  bool has_lost_light(const HeadGains* gains, const Sight& sight, const Rgb& pixel) const;
   void paint(const Moment& moment, const Found& found, const std::array<std::uint8_t, 3>& colour,
              ColouredPoint& point) const;
   void forget();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -23,6 +24,34 @@ struct LeapBetween {
   float position_m = 0, angle = 0;  // m, rad
 };
 
+/// Whether a lens's pixels are rendered darker than they are: one that is saturated has then lost light. If not, it
+/// would saturate at the reference's gain as well, and has lost nothing.
+inline bool is_dimmed(const HeadGains* gains, std::uint8_t lens) {
+  if (gains == nullptr) return false;
+  const auto& scale = gains->lenses[lens].scale;
+  return std::min({scale[0], scale[1], scale[2]}) <= 0.95f;
+}
+
+inline bool is_saturated(const Rgb& pixel) { return std::max({pixel.red, pixel.green, pixel.blue}) > 250.0f; }
+
+/// Pixels with what Radiometry::render_each() needs, and what it makes of them.
+struct Rendered {
+  std::vector<Rgb> pixels;
+  std::vector<std::uint8_t> lenses;
+  std::vector<float> off_axis;
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  void clear() {
+    pixels.clear();
+    lenses.clear();
+    off_axis.clear();
+  }
+  void add(const Rgb& pixel, std::uint8_t lens, float from_axis) {
+    pixels.push_back(pixel);
+    lenses.push_back(lens);
+    off_axis.push_back(from_axis);
+  }
+};
+
 /// Working memory for one batch in the colouring. It is reused.
 struct Colouring::Piece {
   std::array<std::uint64_t, kColourStates> by_state{};
@@ -32,22 +61,23 @@ struct Colouring::Piece {
   bool is_provisional = false;
   const HeadGains* usual_gains = nullptr;  ///< of moments without gains; for provisional colours
   std::vector<Found> found;                ///< for each point
-  // The points that one step looks at: their indices in the batch, and their places.
+  std::vector<std::uint32_t> rest;         ///< indices of the points that choose_beside() left
+  std::vector<std::uint32_t> doubtful;     ///< indices in `rest` of those about which the images are asked
+  // The points that one step looks at: their indices, and their places.
   std::vector<std::uint32_t> group;
   RelativePlaces places;
   std::array<SeenPlaces, 2> beside;  ///< from the nearest moments before and after
-  std::vector<SeenPlaces> seen;      ///< of `places`, for each candidate
+  std::vector<SeenPlaces> seen;      ///< of `rest`, for each candidate
   std::vector<LeapBetween> leaps;    ///< between the batch and each candidate
   Sights sights;                     ///< of `places`
   SightSampler sampler;
-  std::vector<Rgb> pixels;  ///< of each sight; then of those that are rendered, with what render_each() needs
-  std::vector<std::uint8_t> lenses;
-  std::vector<float> off_axis;
-  std::vector<std::array<std::uint8_t, 3>> colours;
-  std::vector<float> costs;  ///< of one point, for each candidate
-  // Of one point: the moments that show its place, and what they show.
+  std::vector<Rgb> pixels;  ///< of each sight
+  Rendered rendered;
+  std::vector<float> costs;  ///< of one point for each candidate, or of one candidate for each point
+  // For each of `doubtful` room for all candidates: the moments that show its place, and what they show.
   std::vector<Found> views;
   std::vector<Witness> witnesses;
+  std::vector<std::uint32_t> witness_count;
 };
 
 }  // namespace hueline::fusion

@@ -39,6 +39,20 @@ struct Sight {
 struct Sights {
   std::vector<std::uint8_t> lens;  ///< kNoLens: no pixel is known
   std::vector<float> x, y, border_px;
+  void resize(std::size_t size) {
+    lens.resize(size);
+    x.resize(size);
+    y.resize(size);
+    border_px.resize(size);
+  }
+  void set(std::size_t index, const Sight& sight) {
+    lens[index] = sight.lens;
+    x[index] = sight.x;
+    y[index] = sight.y;
+    border_px[index] = sight.border_px;
+  }
+  /// Returns the sight of a place that has a pixel, without its distance.
+  Sight at(std::size_t index) const { return {lens[index], x[index], y[index], border_px[index], 0}; }
 };
 
 /// How the head moves around the middle of an exposure, in its own axes. Rows of a rolling shutter, and lenses, that
