@@ -12,9 +12,6 @@ namespace {
 
 using std::chrono::seconds;
 
-/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
-/// arrival, the clock stepped.
-constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 /// GPS packets come once a second; what they say holds for so long.
 constexpr nanoseconds kStatusHolds = seconds(5);
 /// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
@@ -76,6 +73,7 @@ HesaiDecoder::~HesaiDecoder() = default;
 void HesaiDecoder::reset() {
   counter_.reset();
   previous_.reset();
+  arrivals_.reset();
   status_.reset();
   last_label_.reset();
 }
@@ -169,11 +167,9 @@ bool HesaiDecoder::follow(const Packet& packet, const HesaiPacket& data, std::ve
 void HesaiDecoder::check_clock(const Packet& packet, UnixTime time, std::vector<Measurement>& out) {
   const auto before = std::exchange(previous_, Previous{time, packet.received});
   if (!before) return;
-  const nanoseconds difference = (time - before->time) - (packet.received - before->received);
-  if (difference > kArrivalJitter || difference < -kArrivalJitter)
+  if (const auto found = arrivals_.add(time - before->time, packet.received - before->received))
     out.push_back(
-        Fault{sensor_, FaultKind::ClockStep, packet.received, 1,
-              fmt::format("{}: its clock moved {:.6f} s against the arrivals", table_.name, to_seconds(difference))});
+        Fault{sensor_, found->kind, packet.received, 1, fmt::format("{}: {}", table_.name, found->words("its clock"))});
 }
 
 void HesaiDecoder::decode_gps(const Packet& packet, const HesaiGps& gps, std::vector<Measurement>& out) {

@@ -8,6 +8,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/arrival_watch.hpp"
 #include "drivers/hesai/hesai_model.hpp"
 #include "drivers/hesai/hesai_wire.hpp"
 #include "drivers/profile_scanner/counter_watch.hpp"
@@ -30,6 +31,7 @@ class HesaiKernel;
 /// - WrongDevice: a packet of another model.
 /// - NoTime: the scanner has no date yet; the packet is not used.
 /// - Lost, Late, Spurious: by the number of the packets, if they have one.
+/// - Silent: nothing came for a while, and what was sent then comes late (ArrivalWatch).
 /// - ClockStep: the stamp jumped relative to the arrival.
 ///
 /// Thread safety: none; one thread calls all functions.
@@ -83,6 +85,7 @@ class HesaiDecoder final : public Decoder {
     HostTime received;
   };
   std::optional<Previous> previous_;
+  ArrivalWatch arrivals_;
   std::optional<LaserStatus> status_;
   std::optional<TimeLabel> last_label_;
 };

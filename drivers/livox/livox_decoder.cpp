@@ -14,9 +14,6 @@ namespace {
 
 using std::chrono::seconds;
 
-/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
-/// arrival, the clock stepped.
-constexpr std::int64_t kArrivalJitterNs = 200'000'000;
 /// A gap of the stamps up to this long is told in packets.
 constexpr std::int64_t kLongestGapNs = 10'000'000'000;
 /// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
@@ -74,6 +71,7 @@ KeyError LivoxDecoder::Config::validate() const {
 void LivoxDecoder::reset() {
   scanner_.reset();
   previous_.reset();
+  arrivals_.reset();
   is_abnormal_told_ = false;
   told_second_.reset();
   told_state_.reset();
@@ -179,12 +177,12 @@ bool LivoxDecoder::follow(const Packet& packet, const LivoxPacket& data, std::ve
     refuse(packet, FaultKind::Spurious, "the same packet came again", out);
     return false;
   }
-  const std::int64_t against = since - (packet.received - before.received).count();
-  if (against > kArrivalJitterNs || against < -kArrivalJitterNs) {
-    previous_ = now;
-    tell(packet, FaultKind::ClockStep, 1,
-         fmt::format("its clock moved {:.6f} s against the arrivals", static_cast<double>(against) * 1e-9), out);
-    return true;
+  if (const auto found = arrivals_.add(nanoseconds(since), packet.received - before.received)) {
+    tell(packet, found->kind, 1, found->words("its clock"), out);
+    if (found->kind == FaultKind::ClockStep) {
+      previous_ = now;
+      return true;
+    }
   }
   if (since < 0) {
     tell(packet, FaultKind::Late, 1, "a packet came after newer ones", out);

@@ -7,6 +7,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/arrival_watch.hpp"
 #include "drivers/livox/livox_kernel.hpp"
 #include "drivers/livox/livox_wire.hpp"
 
@@ -32,6 +33,7 @@ namespace hueline::drivers {
 /// - Lost: by the count of packets, or by the stamps where there is none.
 /// - Late: a packet came after newer ones. It is used.
 /// - Spurious: the same packet came again.
+/// - Silent: nothing came for a while, and what was sent then comes late (ArrivalWatch).
 /// - ClockStep: the stamp jumped relative to the arrival, or another clock stamps from now on.
 ///
 /// Thread safety: none; one thread calls all functions.
@@ -85,6 +87,7 @@ class LivoxDecoder final : public Decoder {
   DecodeCounts counts_;
   std::optional<std::uint16_t> scanner_;
   std::optional<Previous> previous_;
+  ArrivalWatch arrivals_;
   std::optional<double> learnt_interval_ns_;  // of the first generation
   bool is_abnormal_told_ = false;
   std::optional<std::int64_t> told_second_;

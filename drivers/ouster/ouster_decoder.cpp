@@ -13,9 +13,6 @@ namespace {
 
 using std::chrono::seconds;
 
-/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
-/// arrival, the clock stepped.
-constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 /// The scanner is asked for its time once a second; what it answers holds for so long.
 constexpr nanoseconds kReportHolds = seconds(5);
 /// A label is given up to this time after its second. Later the next second may begin before the packet arrives.
@@ -73,6 +70,7 @@ void OusterDecoder::reset() {
   counter_.reset();
   frame_.reset();
   previous_.reset();
+  arrivals_.reset();
   report_.reset();
   told_second_.reset();
   told_state_.reset();
@@ -294,11 +292,9 @@ std::optional<LaserTime> OusterDecoder::time_of(std::uint64_t stamp_ns) const {
 void OusterDecoder::check_clock(const Packet& packet, std::uint64_t stamp_ns, std::vector<Measurement>& out) {
   const auto before = std::exchange(previous_, Previous{stamp_ns, packet.received});
   if (!before) return;
-  const nanoseconds difference =
-      nanoseconds(static_cast<std::int64_t>(stamp_ns - before->stamp_ns)) - (packet.received - before->received);
-  if (difference > kArrivalJitter || difference < -kArrivalJitter)
-    tell(packet, FaultKind::ClockStep, 1,
-         fmt::format("its clock moved {:.6f} s against the arrivals", to_seconds(difference)), out);
+  const nanoseconds passed(static_cast<std::int64_t>(stamp_ns - before->stamp_ns));
+  if (const auto found = arrivals_.add(passed, packet.received - before->received))
+    tell(packet, found->kind, 1, found->words("its clock"), out);
 }
 
 OusterDecoder::State OusterDecoder::state(HostTime now) const {

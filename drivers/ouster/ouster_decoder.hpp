@@ -8,6 +8,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/arrival_watch.hpp"
 #include "drivers/ouster/ouster_metadata.hpp"
 #include "drivers/ouster/ouster_wire.hpp"
 #include "drivers/profile_scanner/counter_watch.hpp"
@@ -34,6 +35,7 @@ class OusterKernel;
 /// - NoTime: the scanner has no date though the rig says that it follows one; the packet is not used.
 /// - Implausible: data before the metadata (not used); metadata of an earlier initialisation; a scanner that is hot.
 /// - Lost, Late, Spurious: by the numbers of frames and columns.
+/// - Silent: nothing came for a while, and what was sent then comes late (ArrivalWatch).
 /// - ClockStep: the stamp jumped relative to the arrival.
 ///
 /// Thread safety: none; one thread calls all functions.
@@ -106,6 +108,7 @@ class OusterDecoder final : public Decoder {
     HostTime received;
   };
   std::optional<Previous> previous_;
+  ArrivalWatch arrivals_;
   std::optional<Report> report_;
   std::optional<std::uint64_t> told_second_;
   std::optional<SyncState> told_state_;

@@ -19,9 +19,6 @@ namespace {
 using std::chrono::seconds;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
-/// arrival, the clock stepped.
-constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
 /// A gap of the stamps up to this long is told in packets.
 constexpr nanoseconds kLongestGap = seconds(10);
 /// Period of the scanner's own counter: 100 years.
@@ -78,6 +75,7 @@ KeyError RobosenseDecoder::Config::validate() const {
 void RobosenseDecoder::reset() {
   sequence_.reset();
   previous_.reset();
+  arrivals_.reset();
   told_second_.reset();
   told_state_.reset();
 }
@@ -142,6 +140,7 @@ void RobosenseDecoder::decode_solid(const Packet& packet, const RobosenseSolidPa
       data.follows_ptp ? RobosenseDescription::Clock::Ptp : RobosenseDescription::Clock::Free;
   if (previous_ && clock != description_.clock) {
     previous_.reset();
+    arrivals_.reset();
     told_state_.reset();
     tell(packet, FaultKind::ClockStep, 1, "it follows another clock from now on, or none", out);
   }
@@ -180,6 +179,7 @@ void RobosenseDecoder::decode_description(const Packet& packet, std::vector<Meas
   ++counts_.messages["description"];
   if (!was_known || description_.clock == before) return;
   previous_.reset();
+  arrivals_.reset();
   told_state_.reset();
   tell(packet, FaultKind::ClockStep, 1, "it follows another clock from now on, or none", out);
 }
@@ -280,12 +280,12 @@ bool RobosenseDecoder::follow(const Packet& packet, UnixTime stamp, std::vector<
     refuse(packet, FaultKind::Spurious, "a packet with the same time came again", out);
     return false;
   }
-  const nanoseconds against = since - (packet.received - previous_->received);
-  if (against > kArrivalJitter || against < -kArrivalJitter) {
-    previous_ = Previous{stamp, packet.received};
-    tell(packet, FaultKind::ClockStep, 1,
-         fmt::format("its clock moved {:.6f} s against the arrivals", to_seconds(against)), out);
-    return true;
+  if (const auto found = arrivals_.add(since, packet.received - previous_->received)) {
+    tell(packet, found->kind, 1, found->words("its clock"), out);
+    if (found->kind == FaultKind::ClockStep) {
+      previous_ = Previous{stamp, packet.received};
+      return true;
+    }
   }
   if (since < nanoseconds(0)) {
     tell(packet, FaultKind::Late, 1, "a packet came after newer ones", out);

@@ -8,6 +8,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/arrival_watch.hpp"
 #include "drivers/robosense/robosense_kernel.hpp"
 #include "drivers/robosense/robosense_solid.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
@@ -32,6 +33,7 @@ namespace hueline::drivers {
 /// - WrongDevice: points of a model that is not known, or of another model than before.
 /// - NoTime: the scanner follows no reference though the rig says that it does; the packet is not used.
 /// - Lost, Late, Spurious: by the stamps, as not every model counts its packets; of M1 and E1 Lost by their count.
+/// - Silent: nothing came for a while, and what was sent then comes late (ArrivalWatch).
 /// - ClockStep: the stamp jumped relative to the arrival, or the scanner follows another clock from now on.
 ///
 /// Thread safety: none; one thread calls all functions.
@@ -99,6 +101,7 @@ class RobosenseDecoder final : public Decoder {
   DecodeCounts counts_;
   bool is_waiting_told_ = false;
   std::optional<Previous> previous_;
+  ArrivalWatch arrivals_;
   std::optional<std::int64_t> told_second_;
   std::optional<SyncState> told_state_;
 };

@@ -20,10 +20,6 @@ constexpr std::size_t kMostHeld = 16;
 constexpr unsigned kStrongest = 0x37, kLast = 0x38;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
-/// The network and the reader's batches delay arrivals by up to this. If the stamp moves more than this against the
-/// arrival, the clock stepped.
-constexpr nanoseconds kArrivalJitter = std::chrono::milliseconds(200);
-
 /// A copy of a packet made by the network comes at once. (An hour later the counter has the same value again.)
 constexpr nanoseconds kAgainWithin = std::chrono::seconds(1);
 
@@ -115,6 +111,7 @@ void VelodyneDecoder::flush(std::vector<Measurement>& out) {
 
 void VelodyneDecoder::reset() {
   previous_.reset();
+  arrivals_.reset();
   timing_ = {};
   for (const Packet& packet : std::exchange(held_, {})) counts_.ignored_bytes += packet.bytes.size();
   is_other_byte_ours_.reset();
@@ -343,10 +340,13 @@ void VelodyneDecoder::check_gap(const Packet& packet, nanoseconds stamp, nanosec
     out.push_back(Fault{sensor_, kind, packet.received, 1, std::move(detail)});
   };
   previous_->travelled = before->travelled + moved;
-  if (difference > kArrivalJitter || difference < -kArrivalJitter) {
-    fault(FaultKind::ClockStep,
-          fmt::format("{}: its counter moved {:.6f} s against the arrivals", table_.name, to_seconds(difference)));
-  } else if (moved < nanoseconds(0)) {
+  const auto found = arrivals_.add(moved, waited);
+  if (found) fault(found->kind, fmt::format("{}: {}", table_.name, found->words("its counter")));
+  if (found && found->kind == FaultKind::ClockStep) {
+    learn_silent_part(blocks);
+    return;
+  }
+  if (moved < nanoseconds(0)) {
     fault(FaultKind::Late,
           fmt::format("{}: a packet {:.6f} s older than the one before", table_.name, -to_seconds(moved)));
     gaps_.fill(previous_->travelled.count());

@@ -10,6 +10,7 @@
 
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
+#include "drivers/arrival_watch.hpp"
 #include "drivers/gap_trial.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
@@ -50,6 +51,7 @@ struct VelodyneBlocks;
 /// - WrongDevice: a packet of another model.
 /// - Lost: packets missing between two stamps, reported 0.1 s later, because a packet that was overtaken fills the gap.
 /// - NoTime: blocks behind a jump of the azimuth, if the next packet is missing or does not continue them.
+/// - Silent: nothing came for a while, and what was sent then comes late (ArrivalWatch).
 /// - ClockStep: the stamp jumped relative to the arrival.
 /// - Late: a packet that is older than the one before.
 /// - Spurious: the same packet came again.
@@ -147,6 +149,7 @@ class VelodyneDecoder final : public Decoder {
   double turn_rate_ = 0;                        // of the latest packets, 0.01 degrees a second
   std::array<std::byte, 1206> newest_bytes_{};  // the latest data packet, to recognise a copy of it
   std::optional<Previous> previous_;
+  ArrivalWatch arrivals_;
   GapTrial gaps_;             // positions are Previous::travelled, ns
   std::uint64_t broken_ = 0;  // broken data packets since the last good one; they came, so they are not lost
   std::optional<TimeLabel> last_label_;

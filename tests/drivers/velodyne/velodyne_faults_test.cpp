@@ -64,6 +64,25 @@ TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
   EXPECT_TRUE(at(1'800'002'654, 7202.1027).empty());  // measured from the newest, not from the late one
 }
 
+TEST(VelodyneFaults, PacketsThatAComputerHeldBackAreAllUsedAndTheClockIsNotBlamed) {
+  VelodyneDecoder decoder({});
+  std::size_t batches = 0;
+  std::vector<Fault> faults;
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    const std::uint32_t stamp_us = i * 1327u;
+    // A computer stands still from 1.0 s to 1.4 s.
+    const std::int64_t arrival_us = stamp_us > 1'000'000 && stamp_us < 1'400'000 ? 1'400'000 + i : stamp_us;
+    const auto found =
+        decode(decoder, velodyne_data(turning(i * 480 % 36000, 40), stamp_us, 0x37, 0x22), arrival_us * 1000);
+    batches += found.batches.size();
+    faults.insert(faults.end(), found.faults.begin(), found.faults.end());
+  }
+  EXPECT_EQ(batches, 2000u);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].kind, FaultKind::Silent);
+  EXPECT_TRUE(at_the_end(decoder).empty());
+}
+
 /// A scanner whose GNSS receiver names the new hour late counts on beyond the old one (ros-drivers/velodyne#218), and
 /// one without a receiver may count to the end of its 32 bits.
 TEST(VelodyneFaults, ACounterBeyondTheHourLosesNothing) {
