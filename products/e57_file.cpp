@@ -63,7 +63,7 @@ E57File::E57File(storage::FileWriter file, std::vector<E57Field> fields)
 }
 
 Result<E57File> E57File::create(const std::filesystem::path& path, std::vector<E57Field> fields) {
-  auto file = storage::FileWriter::create(path, IfExists::Replace);
+  auto file = storage::FileWriter::replace(path);
   if (!file) return file.error();
   E57File out(std::move(*file), std::move(fields));
   // The heads are known at the end.

@@ -44,7 +44,7 @@ Result<PlyFile> PlyFile::create(const std::filesystem::path& path, const std::ve
     head += fmt::format("property {} {}\n", type, property.name);
   }
   head += "end_header\n";
-  auto file = storage::FileWriter::create(path, IfExists::Replace);
+  auto file = storage::FileWriter::replace(path);
   if (!file) return file.error();
   PlyFile out(std::move(*file));
   if (Status written = out.file_.write(storage::as_bytes(head)); !written) return written.error();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -20,6 +21,26 @@ Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExist
   if (const int result = disk.create(path, if_exists, file); result != 0)
     return output_error("create " + path.string(), -result);
   return FileWriter(path, std::move(file));
+}
+
+Result<FileWriter> FileWriter::replace(const std::filesystem::path& path) {
+  if (Status allowed = check_output(path); !allowed) return allowed.error();
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return create(path, IfExists::Replace);
+  std::filesystem::path temporary = path;
+  temporary += ".part";
+  auto file = create(temporary, IfExists::Replace);
+  if (!file) return file;
+  file->beside_ = std::make_unique<Beside>();
+  file->beside_->temporary = std::move(temporary);
+  file->beside_->final = path;
+  return file;
+}
+
+FileWriter::Beside::~Beside() {
+  if (!temporary.empty()) ::unlink(temporary.c_str());
 }
 
 Status FileWriter::fail(const char* what, int errno_value) {
@@ -119,6 +140,14 @@ Status FileWriter::close() {
   (void)sync();  // sync() remembers its error
   if (const int result = file_->close(); result != 0) (void)fail("close", -result);
   file_.reset();
+  if (!error_ && beside_) {
+    if (::rename(beside_->temporary.c_str(), beside_->final.c_str()) != 0) {
+      (void)fail("rename", errno);
+    } else {
+      beside_->temporary.clear();
+    }
+  }
+  beside_.reset();
   if (error_) return *error_;
   return {};
 }

@@ -20,6 +20,10 @@ class FileWriter {
  public:
   /// Creates the file. `disk` must outlive it.
   static Result<FileWriter> create(const std::filesystem::path& path, IfExists if_exists, Disk& disk = Disk::kernel());
+  /// Creates a file that takes the place of `path` when close() succeeds: what stands there stays until then, and for
+  /// ever if this file is not finished. Until then its name ends with ".part". What is no file, such as a pipe or a
+  /// device, is opened as it is. Errors: as create() with Replace.
+  static Result<FileWriter> replace(const std::filesystem::path& path);
   FileWriter(FileWriter&&) noexcept = default;
   FileWriter& operator=(FileWriter&&) noexcept = default;
   /// Closes the file without reporting an error. Call close() to learn about errors.
@@ -54,8 +58,18 @@ class FileWriter {
   Status fail(const char* what, int errno_value);
   Status failed_already() const;
 
+  /// A file beside the one whose place it takes. It is removed if it does not.
+  struct Beside {
+    std::filesystem::path temporary, final;
+    Beside() = default;
+    Beside(const Beside&) = delete;
+    Beside& operator=(const Beside&) = delete;
+    ~Beside();
+  };
+
   std::filesystem::path path_;
   std::unique_ptr<DiskFile> file_;  // null when closed
+  std::unique_ptr<Beside> beside_;  // of replace()
   std::uint64_t size_ = 0;
   std::optional<Error> error_;
 };

@@ -155,5 +155,30 @@ TEST(FileWriter, GoesOnAfterShortWrites) {
   EXPECT_TRUE(std::equal(b.bytes().begin(), b.bytes().end(), as_bytes(got).begin() + 300'000));
 }
 
+TEST(FileWriter, ReplacesAFileOnlyByAWholeOne) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "cloud.laz";
+  test::write_file(path, "what was there");
+  const auto names = [&] {
+    return std::distance(std::filesystem::directory_iterator(folder.path()), std::filesystem::directory_iterator());
+  };
+  {
+    auto file = FileWriter::replace(path);
+    ASSERT_TRUE(file) << file.error().message;
+    ASSERT_TRUE(file->write(as_bytes("a part")));
+    EXPECT_EQ(test::contents(path), "what was there");
+  }
+  EXPECT_EQ(test::contents(path), "what was there") << "the writer gave up";
+  EXPECT_EQ(names(), 1) << "and left nothing";
+  auto file = FileWriter::replace(path);
+  ASSERT_TRUE(file->write(as_bytes("a whole")));
+  FileWriter moved = std::move(*file);
+  ASSERT_TRUE(moved.close());
+  EXPECT_EQ(test::contents(path), "a whole");
+  EXPECT_EQ(names(), 1);
+  std::filesystem::create_symlink(path, folder / "link");
+  EXPECT_FALSE(FileWriter::replace(folder / "link")) << "as every output";
+}
+
 }  // namespace
 }  // namespace hueline::storage
