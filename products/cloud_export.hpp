@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 
@@ -19,12 +20,13 @@ struct CloudExport {
 /// What was written.
 struct ExportedCloud {
   std::uint64_t points = 0, bytes = 0;
-  std::size_t nodes = 0;        ///< chunks; with COPC the nodes of the octree
-  bool source_was_cut = false;  ///< the cloud ended before its header says: what is whole was written
+  std::size_t nodes = 0;              ///< chunks; with COPC the nodes of the octree
+  bool source_was_cut = false;        ///< the cloud ended before its header says: what is whole was written
+  std::vector<std::string> left_out;  ///< records of the cloud that are not in the copy, each in a few words
 };
 
 /// Writes a LAS or LAZ cloud of the point formats 6 to 8 as LAZ 1.4 with chunks of 50 000 points.
-/// Errors: those of LasReader; Invalid for another point format or several scanner channels; Io.
+/// Errors: those of LasReader; Invalid for another point format; Io.
 Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                  const CloudExport& options);
 
@@ -34,8 +36,9 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
 Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                   const CloudExport& options);
 
-/// Writes a LAS or LAZ cloud as binary little-endian PLY with all its fields: places as doubles, colours with 8 bits,
-/// extra bytes under their own names. A field with a scale, or of 64 bits, becomes a double. Memory: a batch of points.
+/// Writes a LAS or LAZ cloud as binary little-endian PLY: places as doubles, colours with 8 bits, intensity, returns,
+/// class, sensor, time, and extra bytes under their own names. A field with a scale, or of 64 bits, becomes a double.
+/// Scan angle, user data, flags, scanner channel and near infrared are left out. Memory: a batch of points.
 /// Errors: those of LasReader; Io.
 Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::filesystem::path& out);
 

@@ -15,6 +15,7 @@
 #include "core/calendar.hpp"
 #include "products/laz_file.hpp"
 #include "products/points_at_once.hpp"
+#include "storage/crs_unit.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
@@ -58,11 +59,13 @@ struct Plan {
 
 class Splitter {
  public:
-  Splitter(storage::LasReader reader, const std::filesystem::path& folder, const CloudSplit& split,
+  /// `edge` is that of a tile in the unit of the cloud's CRS.
+  Splitter(storage::LasReader reader, const std::filesystem::path& folder, const CloudSplit& split, double edge,
            const std::vector<GpsTime>& ends, bool is_copc, const CloudExport& options)
       : reader_(std::move(reader)),
         folder_(folder),
         split_(split),
+        edge_(edge),
         ends_(ends),
         is_copc_(is_copc),
         options_(options),
@@ -88,8 +91,8 @@ class Splitter {
 
   Result<Cell> key_of(const LasPoint& point, std::optional<GpsTime> time) const {
     if (!is_strip())
-      return Cell{static_cast<std::int64_t>(std::floor(point.x / split_.size)),
-                  static_cast<std::int64_t>(std::floor(point.y / split_.size))};
+      return Cell{static_cast<std::int64_t>(std::floor(point.x / edge_)),
+                  static_cast<std::int64_t>(std::floor(point.y / edge_))};
     if (!time)
       return Error{ErrorCode::Invalid,
                    "the times of the cloud have no week: it cannot be cut into strips (tile:100m can)"};
@@ -188,8 +191,8 @@ class Splitter {
 
   std::string name_of(const Cell& key, const Plan& plan, std::uint16_t strip) const {
     if (!is_strip())
-      return fmt::format("tile_{}_{}_{:g}m", fmt::format("{:.10g}", static_cast<double>(key.first) * split_.size),
-                         fmt::format("{:.10g}", static_cast<double>(key.second) * split_.size), split_.size);
+      return fmt::format("tile_{}_{}_{:g}m", fmt::format("{:.10g}", static_cast<double>(key.first) * edge_),
+                         fmt::format("{:.10g}", static_cast<double>(key.second) * edge_), split_.size);
     const UtcTime utc = to_utc(plan.first);
     return fmt::format("strip_{:05}_{:04}{:02}{:02}T{:02}{:02}{:02}Z", strip, utc.year, utc.month, utc.day, utc.hour,
                        utc.minute, utc.second);
@@ -235,6 +238,7 @@ class Splitter {
   storage::LasReader reader_;
   std::filesystem::path folder_;
   CloudSplit split_;
+  double edge_;
   std::vector<GpsTime> ends_;
   bool is_copc_;
   CloudExport options_;
@@ -274,7 +278,16 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
                                const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return reader.error();
-  return Splitter(std::move(*reader), folder, split, ends, is_copc, options).run();
+  double edge = split.size;
+  if (split.kind == CloudSplit::Kind::Tile) {
+    const Result<storage::CrsUnit> unit = storage::crs_unit(*reader);
+    if (!unit) return unit.error();
+    if (unit->is_angle)
+      return Error{ErrorCode::Unsupported,
+                   cloud.string() + ": its coordinates are longitude and latitude; tiles are squares of a map"};
+    edge = split.size / unit->metres;
+  }
+  return Splitter(std::move(*reader), folder, split, edge, ends, is_copc, options).run();
 }
 
 void PathStrips::add(GpsTime time, const std::array<double, 3>& place) {

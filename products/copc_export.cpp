@@ -70,7 +70,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
           file->overwrite(storage::kCopcInfoPlace, storage::encode_copc_info(tree.cube(), header, hierarchy, times));
       !written)
     return written.error();
-  ExportedCloud done{file->header().point_count, file->size(), file->places().size(), !read.ok()};
+  ExportedCloud done{file->header().point_count, file->size(), file->places().size(), !read.ok(), reader->left_out()};
   if (Status closed = file->close(); !closed) return closed.error();
   return done;
 }

@@ -32,6 +32,8 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   if (scan.has_colour)
     fields.insert(fields.end(), {{"colorRed", Type::U8}, {"colorGreen", Type::U8}, {"colorBlue", Type::U8}});
   if (has_time) fields.push_back({"timeStamp", Type::Double});
+  const Result<bool> has_byte_colours = reader->has_byte_colours();
+  if (!has_byte_colours) return has_byte_colours.error();
   auto file = E57File::create(out, fields);
   if (!file) return file.error();
   scan.minimum.fill(std::numeric_limits<double>::infinity());
@@ -59,7 +61,7 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
       storage::append(bytes, p.return_count);
       if (scan.has_colour)
         for (const std::uint16_t one : {p.red, p.green, p.blue})
-          storage::append(bytes, static_cast<std::uint8_t>(one >> 8));
+          storage::append(bytes, static_cast<std::uint8_t>(*has_byte_colours ? one : one >> 8));
       if (has_time) {
         const double time = p.time.value_or(0);
         if (file->points() == 0) first = last = time;

@@ -14,6 +14,7 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
   file->header().point_count = 0;
   file->header().points_by_return = {};
   ExportedCloud done;
+  done.left_out = reader->left_out();
   std::vector<storage::LasPoint> points;
   while (true) {
     const Status read = reader->next(points, storage::kLazChunkPoints);

@@ -13,7 +13,7 @@ Result<LazFile> LazFile::create(const std::filesystem::path& path, const storage
   if (!storage::is_laz_record(kind))
     return Error{ErrorCode::Invalid,
                  "point format " + std::to_string(kind.format) + " cannot be written as LAZ 1.4: formats 6 to 8 can"};
-  auto file = storage::FileWriter::create(path, IfExists::Replace);
+  auto file = storage::FileWriter::replace(path);
   if (!file) return file.error();
   LazFile out(std::move(*file));
   out.kind_ = kind;
@@ -52,11 +52,10 @@ Status LazFile::add(Bytes records) {
 Status LazFile::write_oldest() {
   Waiting chunk = std::move(waiting_.front());
   waiting_.pop_front();
-  const Result<Bytes> bytes = chunk.bytes.get();
-  if (!bytes) return bytes.error();
+  const Bytes bytes = chunk.bytes.get();
   const std::uint64_t offset = file_.size();
-  if (Status written = file_.write(*bytes); !written) return written;
-  places_.push_back({offset, {bytes->size(), chunk.points}});
+  if (Status written = file_.write(bytes); !written) return written;
+  places_.push_back({offset, {bytes.size(), chunk.points}});
   return {};
 }
 

@@ -24,7 +24,7 @@ class LazFile {
   static Result<LazFile> create(const std::filesystem::path& path, const storage::LasHeader& header,
                                 const std::vector<storage::LasVlr>& records, std::uint32_t chunk_points, int threads);
 
-  /// Adds a chunk of whole records, at least one. Errors: those of encode_laz_chunk(); Io.
+  /// Adds a chunk of whole records, at least one. Error: Io.
   Status add(storage::Bytes records);
   /// Writes what is still being compressed, and the table. No chunk may be added after it.
   Status end_chunks();
@@ -45,7 +45,7 @@ class LazFile {
   Status write_oldest();
 
   struct Waiting {
-    std::future<Result<storage::Bytes>> bytes;
+    std::future<storage::Bytes> bytes;
     std::uint32_t points = 0;
   };
   storage::FileWriter file_;

@@ -21,6 +21,11 @@ class ToGeographic {
     const storage::ProjObject flat(proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS
                                        ? proj_crs_get_sub_crs(context_.get(), crs.get(), 0)
                                        : proj_clone(context_.get(), crs.get()));
+    const PJ_TYPE type = flat ? proj_get_type(flat.get()) : PJ_TYPE_UNKNOWN;
+    // Of a CRS of another kind, x and y are no places on a map: geocentric coordinates, or those of a building site.
+    if (type != PJ_TYPE_PROJECTED_CRS && type != PJ_TYPE_GEOGRAPHIC_2D_CRS && type != PJ_TYPE_GEOGRAPHIC_3D_CRS &&
+        type != PJ_TYPE_BOUND_CRS)
+      return;
     const storage::ProjObject datum(flat ? proj_crs_get_geodetic_crs(context_.get(), flat.get()) : nullptr);
     if (!datum) return;
     const storage::ProjObject operation(
@@ -41,12 +46,12 @@ class ToGeographic {
 
 }  // namespace
 
-Status write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
-                        const std::string& wkt) {
+Result<bool> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
+                              const std::string& wkt) {
   auto file = TextFile::create(path);
   if (!file) return file.error();
   const ToGeographic to_geographic(wkt);
-  if (Status database = to_geographic.database(); !database.ok()) return database;
+  if (Status database = to_geographic.database(); !database.ok()) return database.error();
   file->add("{\"type\":\"FeatureCollection\",\"features\":[");
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const CloudPart& part = parts[i];
@@ -78,7 +83,8 @@ Status write_part_index(const std::filesystem::path& path, const std::vector<Clo
     file->add("}}");
   }
   file->add("\n]}\n");
-  return file->close();
+  if (Status closed = file->close(); !closed.ok()) return closed.error();
+  return static_cast<bool>(to_geographic);
 }
 
 }  // namespace hueline::products

@@ -55,6 +55,8 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
         wkt.begin(), wkt.end(), [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
     comments.push_back("crs " + wkt);
   }
+  const Result<bool> has_byte_colours = reader->has_byte_colours();
+  if (!has_byte_colours) return has_byte_colours.error();
   auto file = PlyFile::create(out, comments, properties, reader->available());
   if (!file) return file.error();
   ExportedCloud done;
@@ -70,7 +72,7 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
       for (const double one : {p.x, p.y, p.z}) storage::append(bytes, one);
       if (has_colour)
         for (const std::uint16_t one : {p.red, p.green, p.blue})
-          storage::append(bytes, static_cast<std::uint8_t>(one >> 8));
+          storage::append(bytes, static_cast<std::uint8_t>(*has_byte_colours ? one : one >> 8));
       storage::append(bytes, p.intensity);
       for (const std::uint8_t one : {p.return_number, p.return_count, p.classification}) storage::append(bytes, one);
       storage::append(bytes, p.source);

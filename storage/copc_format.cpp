@@ -7,8 +7,7 @@ namespace hueline::storage {
 namespace {
 
 constexpr std::uint32_t kPageLevels = 5;  // of the octree in one page of the hierarchy
-constexpr std::size_t kEvlrHead = 60;
-constexpr double kGridCells = 128;  // of an edge: the distance between points of the root is that of its grid
+constexpr double kGridCells = 128;        // of an edge: the distance between points of the root is that of its grid
 
 OctreeKey ancestor(const OctreeKey& key, std::uint32_t level) {
   const std::uint32_t up = key.level - level;
@@ -37,7 +36,7 @@ CopcHierarchy encode_copc_hierarchy(const std::vector<PointOctree::Node>& nodes,
   std::uint64_t size = 0;
   for (const auto& [key, entries] : pages) {
     const std::uint64_t bytes = 32 * entries.size();
-    where[key] = {offset + kEvlrHead + size, static_cast<std::int32_t>(bytes)};
+    where[key] = {offset + kLasEvlrHead + size, static_cast<std::int32_t>(bytes)};
     size += bytes;
   }
   CopcHierarchy out;
@@ -50,7 +49,7 @@ CopcHierarchy encode_copc_hierarchy(const std::vector<PointOctree::Node>& nodes,
       append(out.record, entry.bytes);
       append(out.record, entry.points);
     }
-  out.root_offset = offset + kEvlrHead;
+  out.root_offset = offset + kLasEvlrHead;
   out.root_size = pages.empty() ? 0 : 32 * pages.begin()->second.size();
   return out;
 }

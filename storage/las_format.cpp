@@ -18,8 +18,6 @@ std::string take_text(ByteReader& in, std::size_t width) {
   return std::string(text.substr(0, text.find('\0')));
 }
 
-constexpr std::size_t kExtraField = 192;
-
 }  // namespace
 
 Bytes encode_las_header(const LasHeader& h) {
@@ -135,7 +133,7 @@ std::string encode_extra_fields(const std::vector<LasExtraField>& fields) {
 std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_offset) {
   std::vector<LasExtraField> fields;
   std::size_t offset = first_offset;
-  for (; data.size() >= kExtraField; data = data.subspan(kExtraField)) {
+  for (; data.size() >= kLasExtraDescription; data = data.subspan(kLasExtraDescription)) {
     ByteReader in(data);
     in.take<std::uint16_t>();
     const auto type = in.take<std::uint8_t>();
@@ -143,10 +141,9 @@ std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_
     LasExtraField field;
     field.name = take_text(in, 32);
     in.take_bytes(4 + 3 * 24);
-    const auto scale = in.take<double>();
-    in.take_bytes(16);
-    const auto shift = in.take<double>();
-    in.take_bytes(16);
+    std::array<double, 3> scales{}, shifts{};
+    for (double& scale : scales) scale = in.take<double>();
+    for (double& shift : shifts) shift = in.take<double>();
     field.description = take_text(in, 32);
     if (type == 0) {  // undocumented bytes; options is their number
       offset += options;
@@ -154,12 +151,16 @@ std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_
     }
     if (type > 30) break;  // reserved; its size is unknown
     field.type = static_cast<LasType>((type - 1) % 10 + 1);
-    field.offset = offset;
     field.has_scale = options & 0x18;
-    if (options & 0x08) field.scale = scale;
-    if (options & 0x10) field.shift = shift;
-    offset += size_of(field.type) * ((type - 1u) / 10 + 1);
-    if (type <= 10) fields.push_back(std::move(field));
+    const std::size_t values = (type - 1u) / 10 + 1;
+    for (std::size_t i = 0; i < values; ++i) {
+      LasExtraField& one = fields.emplace_back(field);
+      if (values > 1) one.name += "[" + std::to_string(i) + "]";
+      one.offset = offset;
+      if (options & 0x08) one.scale = scales[i];
+      if (options & 0x10) one.shift = shifts[i];
+      offset += size_of(field.type);
+    }
   }
   return fields;
 }

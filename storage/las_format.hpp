@@ -15,6 +15,8 @@ namespace hueline::storage {
 constexpr std::int64_t kAdjustedGpsSeconds = 1'000'000'000;
 constexpr std::size_t kLasHeaderSize14 = 375;
 constexpr std::size_t kLasVlrHead = 54;
+constexpr std::size_t kLasEvlrHead = 60;                              ///< of an extended record
+constexpr std::size_t kLasExtraDescription = 192;                     ///< of one field in the Extra Bytes record
 constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // bits of the global encoding
 
 /// A variable length record.
@@ -68,8 +70,9 @@ struct LasExtraField {
 };
 /// Returns the data of the record. The offsets are not part of it.
 std::string encode_extra_fields(const std::vector<LasExtraField>& fields);
-/// Reads the record. Fields whose type is unknown (arrays, "undocumented bytes") are left out of the result; they only
-/// move the offset of the fields behind them. A field of a reserved type ends the list, because its size is unknown.
+/// Reads the record; of several, give their data one after the other. An array of two or three values becomes as many
+/// fields, NAME[0] and so on. "Undocumented bytes" are left out of the result; they only move the offset of the fields
+/// behind them. A field of a reserved type ends the list, because its size is unknown.
 std::vector<LasExtraField> decode_extra_fields(ByteView data, std::size_t first_offset);
 
 /// Returns the number of bytes of a point format (0 to 10) without extra bytes; 0 if there is no such format.

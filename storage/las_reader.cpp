@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "core/printable.hpp"
 #include "storage/laz_format.hpp"
 
 namespace hueline::storage {
@@ -23,6 +24,24 @@ struct Layout {
   std::size_t time, colour;
 };
 constexpr Layout kLayouts[] = {{0, 0}, {20, 0}, {0, 20}, {20, 28}, {20, 0}, {20, 28}, {22, 0}, {22, 30}, {22, 30}};
+
+/// Reads the head of a record; `Size` is the type of the size of its data.
+template <class Size>
+std::pair<LasVlr, std::uint64_t> take_head(ByteView head) {
+  ByteReader in(head);
+  in.take<std::uint16_t>();
+  const auto text = [&in](std::size_t width) {
+    const ByteView bytes = in.take_bytes(width);
+    const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return std::string(all.substr(0, all.find('\0')));
+  };
+  LasVlr vlr;
+  vlr.user_id = text(16);
+  vlr.record_id = in.take<std::uint16_t>();
+  const auto size = in.take<Size>();
+  vlr.description = text(32);
+  return {std::move(vlr), size};
+}
 
 }  // namespace
 
@@ -58,34 +77,24 @@ Status LasReader::read_records() {
 
   std::uint64_t offset = header_.header_size;
   for (std::uint32_t i = 0; i < header_.vlr_count; ++i) {
+    const std::string number = std::to_string(i);
+    const Error beyond{ErrorCode::Malformed, "variable length record " + number + " reaches into the points"};
+    if (offset + kLasVlrHead > header_.point_offset) return beyond;
     Bytes vlr_head(kLasVlrHead);
-    if (offset + kLasVlrHead > header_.point_offset)
-      return Error{ErrorCode::Malformed, "variable length record " + std::to_string(i) + " reaches into the points"};
     if (Status done = file_.read(offset, vlr_head); !done) return done;
-    ByteReader in(vlr_head);
-    in.take<std::uint16_t>();
-    const auto text = [&in](std::size_t width) {
-      const ByteView bytes = in.take_bytes(width);
-      const std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-      return std::string(all.substr(0, all.find('\0')));
-    };
-    LasVlr vlr;
-    vlr.user_id = text(16);
-    vlr.record_id = in.take<std::uint16_t>();
-    const std::size_t size = in.take<std::uint16_t>();
-    vlr.description = text(32);
     offset += kLasVlrHead;
-    if (offset + size > header_.point_offset)
-      return Error{ErrorCode::Malformed, "variable length record " + std::to_string(i) + " reaches into the points"};
-    vlr.data.resize(size);
-    if (Status done = file_.read(offset, std::as_writable_bytes(std::span(vlr.data))); !done) return done;
+    auto [vlr, size] = take_head<std::uint16_t>(vlr_head);
+    if (offset + size > header_.point_offset) return beyond;
+    if (Status done = read_record(std::move(vlr), offset, static_cast<std::size_t>(size)); !done) return done;
     offset += size;
-    if (vlr.user_id == "LASF_Spec" && vlr.record_id == 4) {
-      extra_ = decode_extra_fields(as_bytes(vlr.data), least);
-      std::erase_if(extra_, [&](const auto& f) { return f.offset + size_of(f.type) > header_.point_size; });
-    }
-    vlrs_.push_back(std::move(vlr));
   }
+  if (Status done = read_extended_records(); !done) return done;
+  std::string described;
+  for (const LasVlr& vlr : vlrs_)
+    if (vlr.user_id == "LASF_Spec" && vlr.record_id == 4)
+      described += vlr.data.substr(0, vlr.data.size() / kLasExtraDescription * kLasExtraDescription);
+  extra_ = decode_extra_fields(as_bytes(described), least);
+  std::erase_if(extra_, [&](const auto& f) { return f.offset + size_of(f.type) > header_.point_size; });
   if (!is_compressed) return {};
   const auto laz = std::find_if(vlrs_.begin(), vlrs_.end(), [](const LasVlr& v) {
     return v.user_id == "laszip encoded" && v.record_id == kLazRecord;
@@ -95,15 +104,55 @@ Status LasReader::read_records() {
   return find_chunks(*laz);
 }
 
+/// Reads the records behind the points. They may be as large as the points; those that a record in front of the points
+/// could not hold are only named.
+Status LasReader::read_extended_records() {
+  constexpr std::uint64_t kLargest = 0xFFFF;
+  std::uint64_t offset = header_.evlr_offset;
+  if (offset == 0) return {};
+  for (std::uint32_t i = 0; i < header_.evlr_count; ++i) {
+    if (offset > file_.size() || file_.size() - offset < kLasEvlrHead) {
+      left_out_.push_back("the file ends before extended record " + std::to_string(i) + " of " +
+                          std::to_string(header_.evlr_count));
+      break;
+    }
+    Bytes head(kLasEvlrHead);
+    if (Status done = file_.read(offset, head); !done) return done;
+    offset += kLasEvlrHead;
+    auto [vlr, size] = take_head<std::uint64_t>(head);
+    const bool is_whole = size <= file_.size() - offset;
+    const std::string name = printable(vlr.user_id) + "/" + std::to_string(vlr.record_id);
+    if (!is_whole) {
+      left_out_.push_back("the file ends inside extended record " + name);
+      break;
+    }
+    if (size <= kLargest) {
+      if (Status done = read_record(std::move(vlr), offset, static_cast<std::size_t>(size)); !done) return done;
+    } else if (vlr.user_id != "copc") {
+      left_out_.push_back("extended record " + name + " of " + std::to_string(size) + " bytes");
+    }
+    offset += size;
+  }
+  return {};
+}
+
+Status LasReader::read_record(LasVlr vlr, std::uint64_t offset, std::size_t size) {
+  vlr.data.resize(size);
+  if (Status done = file_.read(offset, std::as_writable_bytes(std::span(vlr.data))); !done) return done;
+  vlrs_.push_back(std::move(vlr));
+  return {};
+}
+
 /// Reads where the chunks are: from the table, or from the chunks themselves if the table is not there.
 Status LasReader::find_chunks(const LasVlr& vlr) {
   const LazRecord kind{header_.point_format, header_.point_size};
   if (!is_laz_record(kind))
     return Error{ErrorCode::Unsupported, "compressed points (LAZ) of format " + std::to_string(kind.format) +
                                              ": 6 to 8 are read; unpack the file first"};
-  const Result<std::uint32_t> chunk_points = read_laz_vlr(as_bytes(vlr.data), kind);
-  if (!chunk_points) return chunk_points.error();
-  chunk_points_ = *chunk_points;
+  const Result<LazCompression> compression = read_laz_vlr(as_bytes(vlr.data), kind);
+  if (!compression) return compression.error();
+  chunk_points_ = compression->chunk_points;
+  item_version_ = compression->item_version;
   const std::uint64_t begin = header_.point_offset + sizeof(std::uint64_t);
   if (begin > file_.size()) return Error{ErrorCode::Truncated, "the file ends before its first point"};
   std::uint64_t place = 0;
@@ -160,6 +209,21 @@ std::string LasReader::wkt() const {
   for (const LasVlr& vlr : vlrs_)
     if (vlr.user_id == "LASF_Projection" && vlr.record_id == 2112) return vlr.data.substr(0, vlr.data.find('\0'));
   return {};
+}
+
+Result<bool> LasReader::has_byte_colours() {
+  std::vector<LasPoint> points;
+  bool is_bright = !has_colour();
+  while (!is_bright) {
+    const Status read = next(points);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    is_bright = std::any_of(points.begin(), points.end(), [](const LasPoint& p) {
+      return std::max({p.red, p.green, p.blue}) > 0xFF;
+    });
+    if (!read || points.empty()) break;
+  }
+  rewind();
+  return !is_bright;
 }
 
 bool LasReader::has_colour() const { return kLayouts[header_.point_format].colour != 0; }
@@ -240,7 +304,7 @@ Status LasReader::fill(std::size_t count) {
 }
 
 Status LasReader::fill_from_chunks(std::size_t count) {
-  const LazRecord kind{header_.point_format, header_.point_size};
+  const LazRecord kind{header_.point_format, header_.point_size, item_version_};
   for (std::size_t done = 0; done < count;) {
     const std::uint64_t number = read_ + done;
     const auto after =

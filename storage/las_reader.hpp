@@ -35,7 +35,11 @@ class LasReader {
   const LasHeader& header() const { return header_; }
   /// Number of points that the file really holds. It is smaller than the header's count if the file was cut.
   std::uint64_t available() const { return available_; }
+  /// The records in front of the points, and of those behind them (of version 1.4) all that are no larger than 65535
+  /// bytes.
   const std::vector<LasVlr>& records() const { return vlrs_; }
+  /// Names the records that are not in records(), each in a few words.
+  const std::vector<std::string>& left_out() const { return left_out_; }
   const std::vector<LasExtraField>& extra_fields() const { return extra_; }
   /// Returns the field of that name, or null.
   const LasExtraField* extra_field(std::string_view name) const;
@@ -43,6 +47,9 @@ class LasReader {
   std::string wkt() const;
   /// Returns whether the point format has colours.
   bool has_colour() const;
+  /// Returns whether the 16-bit colours hold values of 8 bits, as many programs write them: whether none is above 255.
+  /// Reads points until one is; then the next point is the first again. Errors: those of next() but Truncated.
+  Result<bool> has_byte_colours();
   /// Returns the time of a point. Nothing if the file's times are GPS times of week, because the week is not in the
   /// file.
   std::optional<GpsTime> gps_time(const LasPoint& point) const;
@@ -61,6 +68,8 @@ class LasReader {
  private:
   explicit LasReader(InputFile file) : file_(std::move(file)) {}
   Status read_records();
+  Status read_extended_records();
+  Status read_record(LasVlr vlr, std::uint64_t offset, std::size_t size);
   Status find_chunks(const LasVlr& vlr);
   Status walk_chunks(std::uint64_t at);
   Status fill(std::size_t count);
@@ -70,6 +79,7 @@ class LasReader {
   InputFile file_;
   LasHeader header_;
   std::vector<LasVlr> vlrs_;
+  std::vector<std::string> left_out_;
   std::vector<LasExtraField> extra_;
   std::uint64_t read_ = 0, available_ = 0;
   Bytes buffer_;
@@ -80,6 +90,7 @@ class LasReader {
     std::uint32_t points = 0;
   };
   std::uint32_t chunk_points_ = 0;  // 0: the file is not compressed
+  int item_version_ = 3;            // of its compression
   std::vector<Chunk> chunks_;
   std::optional<std::size_t> unpacked_;  // the chunk whose records are in `unpacked_records_`
   Bytes packed_, unpacked_records_;

@@ -35,7 +35,7 @@ double decimal_year(const UtcTime& utc) { return utc.year + (day_of_year(utc) - 
 /// What a LAZ file needs besides the header: chunks that are being compressed, and the table of those in the file.
 struct LasWriter::Compression {
   struct Chunk {
-    std::future<Result<Bytes>> bytes;
+    std::future<Bytes> bytes;
     Tally tally;
   };
   LazRecord kind;
@@ -272,9 +272,9 @@ Status LasWriter::submit_rest() {
 Status LasWriter::write_chunk() {
   Compression::Chunk chunk = std::move(laz_->chunks.front());
   laz_->chunks.pop_front();
-  const Result<Bytes> bytes = chunk.bytes.get();
-  const Status written = bytes ? write_records(*bytes, chunk.tally) : fail(bytes.error());
-  if (written) laz_->table.push_back({bytes->size(), static_cast<std::uint32_t>(chunk.tally.points)});
+  const Bytes bytes = chunk.bytes.get();
+  const Status written = write_records(bytes, chunk.tally);
+  if (written) laz_->table.push_back({bytes.size(), static_cast<std::uint32_t>(chunk.tally.points)});
   return written;
 }
 

@@ -1,6 +1,8 @@
 #include "storage/laz_chunk.hpp"
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -24,6 +26,29 @@ std::size_t layer_count(const LazRecord& kind) {
   return 9 + (kind.format >= 7 ? 1 : 0) + (kind.format == 8 ? 1 : 0) + kind.size - base_size(kind.format);
 }
 
+/// The layers of the point in one scanner channel. The first record of a channel is compared with the record before it.
+struct PointLayers {
+  PlaceLayer place;
+  ZLayer z;
+  ClassLayer classes;
+  FlagsLayer flags;
+  IntensityLayer intensity;
+  AngleLayer angle;
+  UserLayer user;
+  SourceLayer source;
+  TimeLayer time;
+};
+
+/// The layers of colours and extra bytes in one context, which is the scanner channel from version 4 of the items on.
+struct AdditionLayers {
+  explicit AdditionLayers(const LazRecord& kind) {
+    for (std::size_t at = base_size(kind.format); at < kind.size; ++at) bytes.emplace_back(at);
+  }
+  ColourLayer colours;
+  NirLayer nirs;
+  std::vector<ByteLayer> bytes;
+};
+
 /// All layers of a chunk, coded in blocks of records.
 template <class Coder>
 class Layers {
@@ -32,59 +57,108 @@ class Layers {
 
   /// `coders` has the coder of each layer, or nothing where no record differs from the first one.
   Layers(Byte* first, const LazRecord& kind, std::vector<std::optional<Coder>>& coders)
-      : first_(first), size_(kind.size), coders_(coders), z_(first), intensity_(first), time_(first) {
+      : first_(first), kind_(kind), coders_(coders) {
     std::size_t layer = 9;
     if (kind.format >= 7) colour_ = layer++;
     if (kind.format == 8) nir_ = layer++;
     first_byte_ = layer;
-    for (std::size_t at = base_size(kind.format); at < kind.size; ++at) bytes_.emplace_back(at);
+    channel_ = context_ = channel_of(first);
+    points_[channel_] = std::make_unique<PointLayers>();
+    additions_[context_] = std::make_unique<AdditionLayers>(kind);
+    last_[channel_] = last_addition_[context_] = first;
   }
 
-  /// Codes the records behind the first one. Returns false if the scanner channel changes.
-  bool code(std::size_t count) {
-    std::vector<Step> steps(kBlock);
-    for (std::size_t begin = 1; begin < count && !place_.changes_channel(); begin += kBlock) {
+  /// Codes the records behind the first one.
+  void code(std::size_t count) {
+    std::vector<Coded> coded(kBlock);
+    for (std::size_t begin = 1; begin < count; begin += kBlock) {
       const std::size_t size = std::min(kBlock, count - begin);
-      Byte* const records = first_ + begin * size_;
-      for (std::size_t i = 0; i < size; ++i)
-        steps[i] = place_.code(*coders_[kPlace], records + i * size_, records + i * size_ - size_);
-      const auto code_layer = [&](std::size_t layer, auto& fields) {
+      Byte* const records = first_ + begin * kind_.size;
+      for (std::size_t i = 0; i < size; ++i) coded[i] = code_place(records + i * kind_.size);
+      const auto code_point = [&](std::size_t layer, auto PointLayers::*fields) {
         if (!coders_[layer]) return;
         for (std::size_t i = 0; i < size; ++i)
-          fields.code(*coders_[layer], records + i * size_, records + i * size_ - size_, steps[i]);
+          (points_[coded[i].channel].get()->*fields)
+              .code(*coders_[layer], records + i * kind_.size, coded[i].last, coded[i].step);
       };
-      code_layer(kHeight, z_);
-      code_layer(kClasses, class_);
-      code_layer(kFlagBits, flags_);
-      code_layer(kIntensities, intensity_);
-      code_layer(kAngles, angle_);
-      code_layer(kUsers, user_);
-      code_layer(kSources, source_);
-      code_layer(kTimes, time_);
-      if (colour_) code_layer(colour_, colours_);
-      if (nir_) code_layer(nir_, nirs_);
-      for (std::size_t i = 0; i < bytes_.size(); ++i) code_layer(first_byte_ + i, bytes_[i]);
+      const auto code_addition = [&](std::size_t layer, const auto& fields_of) {
+        if (!coders_[layer]) return;
+        for (std::size_t i = 0; i < size; ++i)
+          fields_of(*additions_[coded[i].context])
+              .code(*coders_[layer], records + i * kind_.size, coded[i].last_addition, coded[i].step);
+      };
+      code_point(kHeight, &PointLayers::z);
+      code_point(kClasses, &PointLayers::classes);
+      code_point(kFlagBits, &PointLayers::flags);
+      code_point(kIntensities, &PointLayers::intensity);
+      code_point(kAngles, &PointLayers::angle);
+      code_point(kUsers, &PointLayers::user);
+      code_point(kSources, &PointLayers::source);
+      code_point(kTimes, &PointLayers::time);
+      if (colour_)
+        code_addition(
+            colour_, [](AdditionLayers & of) -> auto& { return of.colours; });
+      if (nir_)
+        code_addition(
+            nir_, [](AdditionLayers & of) -> auto& { return of.nirs; });
+      for (std::size_t k = 0; k < kind_.size - base_size(kind_.format); ++k)
+        code_addition(
+            first_byte_ + k, [k](AdditionLayers & of) -> auto& { return of.bytes[k]; });
     }
-    return !place_.changes_channel();
   }
 
  private:
+  /// What the first layer found out about a record, and which records the others compare it with.
+  struct Coded {
+    Step step;
+    std::size_t channel, context;
+    const std::byte *last, *last_addition;
+  };
+
+  Coded code_place(Byte* record) {
+    Coder& coder = *coders_[kPlace];
+    const std::size_t before = channel_, given = Coder::kDecodes ? before : channel_of(record);
+    auto steps = static_cast<std::uint32_t>(given - before) & 3u;
+    const std::uint32_t change = points_[before]->place.code_change(
+        coder, record, last_[before], points_[given] ? last_[given] : last_[before], steps);
+    channel_ = (before + steps) & 3u;
+    if (!points_[channel_]) {
+      points_[channel_] = std::make_unique<PointLayers>();
+      last_[channel_] = last_[before];
+    }
+    store<Coder>(record, kFlags,
+                 static_cast<std::uint8_t>((load<std::uint8_t>(record, kFlags) & 0xCF) | channel_ << 4));
+    const std::size_t compared = enter_context(steps != 0);
+    Coded out{points_[channel_]->place.code(coder, change, record, last_[channel_]), channel_, context_,
+              last_[channel_], last_addition_[compared]};
+    last_[channel_] = record;
+    last_addition_[compared] = record;
+    return out;
+  }
+
+  /// Chooses the context of the additions. Returns with whose last record they are compared. LASzip knew the channel,
+  /// in version 3 of its items, only for a record that changes it, and took 0 for all others; and it went on with the
+  /// last record of the context before where it returned to another.
+  std::size_t enter_context(bool has_changed) {
+    const bool is_right = kind_.item_version >= 4;
+    const std::size_t before = context_;
+    context_ = is_right || has_changed ? channel_ : 0;
+    const bool is_new = !additions_[context_];
+    if (is_new) {
+      additions_[context_] = std::make_unique<AdditionLayers>(kind_);
+      last_addition_[context_] = last_addition_[before];
+    }
+    return is_right || is_new ? context_ : before;
+  }
+
   Byte* first_;
-  std::size_t size_;
+  LazRecord kind_;
   std::vector<std::optional<Coder>>& coders_;
-  PlaceLayer place_;
-  ZLayer z_;
-  ClassLayer class_;
-  FlagsLayer flags_;
-  IntensityLayer intensity_;
-  UserLayer user_;
-  AngleLayer angle_;
-  SourceLayer source_;
-  TimeLayer time_;
-  std::size_t colour_ = 0, nir_ = 0, first_byte_ = 0;  // layers; 0: not in this format
-  ColourLayer colours_;
-  NirLayer nirs_;
-  std::vector<ByteLayer> bytes_;
+  std::array<std::unique_ptr<PointLayers>, 4> points_;        // by channel
+  std::array<std::unique_ptr<AdditionLayers>, 4> additions_;  // by context
+  std::array<const std::byte*, 4> last_{}, last_addition_{};  // the last record of each
+  std::size_t channel_ = 0, context_ = 0;                     // of the record before
+  std::size_t colour_ = 0, nir_ = 0, first_byte_ = 0;         // layers; 0: not in this format
 };
 
 /// Returns for each byte of a record which of its bits differ in any record from the first one.
@@ -100,8 +174,15 @@ std::vector<bool> changing_layers(const Bytes& bits, const LazRecord& kind) {
   const auto any = [&](std::size_t at, std::size_t size) {
     return std::any_of(&bits[at], &bits[at] + size, [](std::byte b) { return b != std::byte{0}; });
   };
-  std::vector<bool> out{true,           true,          any(kClass, 1),  any(kFlags, 1), any(kIntensity, 2),
-                        any(kAngle, 2), any(kUser, 1), any(kSource, 2), any(kTime, 8)};
+  std::vector<bool> out{true,
+                        true,
+                        any(kClass, 1),
+                        (bits[kFlags] & std::byte{0xCF}) != std::byte{0},
+                        any(kIntensity, 2),
+                        any(kAngle, 2),
+                        any(kUser, 1),
+                        any(kSource, 2),
+                        any(kTime, 8)};
   if (kind.format >= 7) out.push_back(any(kRed, 6));
   if (kind.format == 8) out.push_back(any(kNir, 2));
   for (std::size_t at = base_size(kind.format); at < kind.size; ++at) out.push_back(any(at, 1));
@@ -117,11 +198,9 @@ bool is_laz_record(const LazRecord& kind) {
 /// These are the first record, the number of records, and the size of each layer.
 std::size_t laz_chunk_head(const LazRecord& kind) { return kind.size + 4 + 4 * layer_count(kind); }
 
-Result<Bytes> encode_laz_chunk(ByteView records, const LazRecord& kind) {
+Bytes encode_laz_chunk(ByteView records, const LazRecord& kind) {
   const std::size_t count = records.size() / kind.size;
   const Bytes bits = differing_bits(records, kind.size);
-  if ((bits[kFlags] & std::byte{0x30}) != std::byte{0})
-    return Error{ErrorCode::Invalid, "the points have several scanner channels: a LAZ file of this program has one"};
   const std::vector<bool> changes = changing_layers(bits, kind);
   std::vector<std::optional<ArithmeticEncoder>> coders(changes.size());
   for (std::size_t layer = 0; layer < coders.size(); ++layer)
@@ -166,8 +245,7 @@ Status decode_laz_chunk(ByteView chunk, const LazRecord& kind, std::size_t most,
   if (size.points > 1 && (!coders[kPlace] || !coders[kHeight]))
     return Error{ErrorCode::Malformed, "it has no layer of places"};
   Layers<ArithmeticDecoder> layers(records.data(), kind, coders);
-  if (!layers.code(size.points))
-    return Error{ErrorCode::Unsupported, "the points have several scanner channels, which is not read from LAZ"};
+  layers.code(size.points);
   for (const auto& coder : coders)
     if (coder && coder->passed_end()) return Error{ErrorCode::Malformed, "it is damaged: a layer ends too early"};
   return {};

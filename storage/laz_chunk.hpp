@@ -4,9 +4,9 @@
 #include "storage/byte_order.hpp"
 
 /// One chunk of a LAZ file: point records of the formats 6 to 8, compressed on their own. The scheme is that of LASzip
-/// for LAS 1.4 (layered chunks, version 3 of POINT14, RGB14, RGBNIR14 and BYTE14): the first record as it is, the
-/// number of records, the sizes of the layers, the layers. A layer holds one field, or one byte of the extra bytes; its
-/// size is 0 if all records have the same value. What a field's probabilities depend on is a fact of the format.
+/// for LAS 1.4 (layered chunks, versions 3 and 4 of POINT14, RGB14, RGBNIR14 and BYTE14): the first record as it is,
+/// the number of records, the sizes of the layers, the layers. A layer holds one field, or one byte of the extra bytes;
+/// its size is 0 if all records have the same value. What a field's probabilities depend on is a fact of the format.
 /// Thread safety: different threads may call these functions at the same time.
 namespace hueline::storage {
 
@@ -14,14 +14,16 @@ namespace hueline::storage {
 struct LazRecord {
   int format = 7;
   std::size_t size = 36;
+  /// Version of the items, 3 or 4. They differ in what colours and extra bytes are compared with where the scanner
+  /// channel changes. Without several channels there is no difference.
+  int item_version = 3;
 };
 
 /// Returns whether the function below compresses records of this kind.
 bool is_laz_record(const LazRecord& kind);
 
-/// Compresses whole records, at least one and at most 2^32 - 1. The same records give the same bytes. Error: Invalid if
-/// the scanner channel (bits 4 and 5 of byte 15) is not the same in all records; then nothing is compressed.
-Result<Bytes> encode_laz_chunk(ByteView records, const LazRecord& kind);
+/// Compresses whole records, at least one and at most 2^32 - 1. The same records give the same bytes.
+Bytes encode_laz_chunk(ByteView records, const LazRecord& kind);
 
 /// The sizes of a compressed chunk.
 struct LazChunkSize {
@@ -34,7 +36,7 @@ std::size_t laz_chunk_head(const LazRecord& kind);
 LazChunkSize measure_laz_chunk(ByteView head, const LazRecord& kind);
 
 /// Replaces `records` by those of the chunk, which must have at most `most` points, and at most 4 million. Errors:
-/// Truncated; Malformed if the chunk contradicts itself; Unsupported if its scanner channel changes.
+/// Truncated; Malformed if the chunk contradicts itself.
 Status decode_laz_chunk(ByteView chunk, const LazRecord& kind, std::size_t most, Bytes& records);
 
 }  // namespace hueline::storage

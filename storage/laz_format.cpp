@@ -63,7 +63,7 @@ LasVlr laz_vlr(const LazRecord& kind, std::uint32_t chunk_points) {
           std::string(reinterpret_cast<const char*>(data.data()), data.size())};
 }
 
-Result<std::uint32_t> read_laz_vlr(ByteView data, const LazRecord& kind) {
+Result<LazCompression> read_laz_vlr(ByteView data, const LazRecord& kind) {
   ByteReader in(data);
   const auto compressor = in.take<std::uint16_t>(), coder = in.take<std::uint16_t>();
   in.take_bytes(1 + 1 + 2 + 4);
@@ -74,14 +74,18 @@ Result<std::uint32_t> read_laz_vlr(ByteView data, const LazRecord& kind) {
     return Error{ErrorCode::Unsupported, "LAZ with compressor " + std::to_string(compressor) +
                                              ": layered chunks of LAS 1.4 (3) are read; unpack the file first"};
   const std::vector<ItemSize> items = items_of(kind);
+  LazCompression out;
   bool fits = count == items.size();
   for (std::size_t i = 0; i < count && fits; ++i) {
     const auto item = in.take<std::uint16_t>(), size = in.take<std::uint16_t>(), version = in.take<std::uint16_t>();
     fits = item == items[i].item && size == items[i].size && (version == 3 || version == 4);
+    out.item_version = version;
   }
-  if (!in.ok() || !fits || chunk_points == 0)
+  if (!in.ok() || !fits)
     return Error{ErrorCode::Malformed, "the LAZ record does not describe the points that the header describes"};
-  return chunk_points;
+  // LASzip takes 0 for chunks of any size.
+  out.chunk_points = chunk_points == 0 ? kLazVariableChunks : chunk_points;
+  return out;
 }
 
 Bytes encode_laz_table(const std::vector<LazChunkSize>& chunks, bool has_points) {

@@ -16,9 +16,14 @@ constexpr std::uint32_t kLazVariableChunks = 0xFFFFFFFF;  ///< instead of a numb
 
 /// Returns the record "laszip encoded". `chunk_points`: points in a chunk, or kLazVariableChunks.
 LasVlr laz_vlr(const LazRecord& kind, std::uint32_t chunk_points);
-/// Returns the points in a chunk that the data of such a record state. Errors: Malformed; Unsupported if the points are
-/// compressed in another way than encode_laz_chunk() does.
-Result<std::uint32_t> read_laz_vlr(ByteView data, const LazRecord& kind);
+/// What such a record states.
+struct LazCompression {
+  std::uint32_t chunk_points = 0;  ///< points in a chunk, or kLazVariableChunks
+  int item_version = 3;            ///< as in LazRecord
+};
+/// Reads the data of such a record. Errors: Malformed; Unsupported if the points are compressed in another way than
+/// encode_laz_chunk() does.
+Result<LazCompression> read_laz_vlr(ByteView data, const LazRecord& kind);
 
 /// Returns the table: bytes of each chunk, and its points if the chunks have different numbers of points.
 Bytes encode_laz_table(const std::vector<LazChunkSize>& chunks, bool has_points);

@@ -30,6 +30,12 @@ void store([[maybe_unused]] Byte* record, [[maybe_unused]] std::size_t at, [[may
   if constexpr (Coder::kDecodes) std::memcpy(record + at, &value, sizeof value);
 }
 
+/// The scanner channel of a record, 0 to 3.
+template <class Byte>
+std::size_t channel_of(Byte* record) {
+  return load<std::uint8_t>(record, kFlags) >> 4 & 3u;
+}
+
 /// What the first layer tells the others about the step from a record to the next.
 struct Step {
   bool time_changed = false, source_changed = false, angle_changed = false;
@@ -93,16 +99,22 @@ class ContextModels {
   std::uint32_t symbols_;
 };
 
-/// Scanner channel, returns, x and y, and which of the other fields change.
+/// Scanner channel, returns, x and y, and which of the other fields change. There is one object for each channel.
 class PlaceLayer {
  public:
+  static constexpr std::uint32_t kOtherChannel = 64;  ///< bit of a change
+
+  /// Codes what changes: the first part of a record. The object is that of the record before, `before`; `last` is the
+  /// last record of the new one's channel. `steps` counts the channels from the old to the new one, 0 to 3.
   template <class Coder, class Byte>
-  Step code(Coder& coder, Byte* record, const std::byte* last) {
-    const std::uint32_t last_returns = load<std::uint8_t>(last, kReturns), given = load<std::uint8_t>(record, kReturns);
-    const std::uint32_t last_number = last_returns & 15, last_count = last_returns >> 4;
-    const std::uint32_t given_number = given & 15, given_count = given >> 4;
+  std::uint32_t code_change(Coder& coder, Byte* record, const std::byte* before, const std::byte* last,
+                            std::uint32_t& steps) {
     std::uint32_t change = 0;
     if constexpr (!Coder::kDecodes) {
+      const std::uint32_t last_returns = load<std::uint8_t>(last, kReturns),
+                          given = load<std::uint8_t>(record, kReturns);
+      const std::uint32_t last_number = last_returns & 15, last_count = last_returns >> 4;
+      const std::uint32_t given_number = given & 15, given_count = given >> 4;
       const std::uint32_t up = (given_number - last_number) & 15;
       change = std::uint32_t{up == 0    ? 0u
                              : up == 1  ? 1u
@@ -111,12 +123,22 @@ class PlaceLayer {
                (given_count != last_count) << 2 |
                (load<std::uint16_t>(record, kAngle) != load<std::uint16_t>(last, kAngle)) << 3 |
                (load<std::uint64_t>(record, kTime) != load<std::uint64_t>(last, kTime)) << 4 |
-               (load<std::uint16_t>(record, kSource) != load<std::uint16_t>(last, kSource)) << 5;
+               (load<std::uint16_t>(record, kSource) != load<std::uint16_t>(last, kSource)) << 5 |
+               (steps != 0 ? kOtherChannel : 0u);
     }
-    const std::size_t context =
-        (last_number == 1 ? 1u : 0u) | (last_number >= last_count ? 2u : 0u) | (time_changed_ ? 4u : 0u);
+    const std::uint32_t returns = load<std::uint8_t>(before, kReturns), number = returns & 15, count = returns >> 4;
+    const std::size_t context = (number == 1 ? 1u : 0u) | (number >= count ? 2u : 0u) | (time_changed_ ? 4u : 0u);
     change = coder.code(changes_[context], change);
-    changes_channel_ |= (change & 64) != 0;
+    steps = change & kOtherChannel ? coder.code(channels_, steps - 1) + 1 : 0;
+    return change;
+  }
+
+  /// Codes the rest. The object is that of the record's channel.
+  template <class Coder, class Byte>
+  Step code(Coder& coder, std::uint32_t change, Byte* record, const std::byte* last) {
+    const std::uint32_t last_returns = load<std::uint8_t>(last, kReturns), given = load<std::uint8_t>(record, kReturns);
+    const std::uint32_t last_number = last_returns & 15, last_count = last_returns >> 4;
+    const std::uint32_t given_number = given & 15, given_count = given >> 4;
     Step step;
     step.angle_changed = change & 8;
     step.time_changed = time_changed_ = change & 16;
@@ -141,8 +163,6 @@ class PlaceLayer {
     step.place = static_cast<std::uint8_t>((number == 1 ? 2 : 0) + (number >= count ? 1 : 0));
     return step;
   }
-  /// Returns whether a record changed the scanner channel. This class cannot code that.
-  bool changes_channel() const { return changes_channel_; }
 
  private:
   /// `change`: 0 the same number, 1 and 2 the next and the last one (modulo 16), 3 another one.
@@ -155,17 +175,17 @@ class PlaceLayer {
 
   std::vector<SymbolModel> changes_ = std::vector(8, SymbolModel(128));
   ContextModels counts_{16, 16}, numbers_{16, 16};
-  SymbolModel jumps_{13};
+  SymbolModel jumps_{13}, channels_{3};
   IntegerModel x_{32, 2}, y_{32, 22};
   std::array<RunningMedian, 12> x_medians_, y_medians_;
-  bool time_changed_ = false, changes_channel_ = false;
+  bool time_changed_ = false;
 };
 
 class ZLayer {
  public:
-  explicit ZLayer(const std::byte* first) { last_.fill(load<std::int32_t>(first, kZ)); }
   template <class Coder, class Byte>
-  void code(Coder& coder, Byte* record, const std::byte*, const Step& step) {
+  void code(Coder& coder, Byte* record, const std::byte* before, const Step& step) {
+    if (!std::exchange(has_begun_, true)) last_.fill(load<std::int32_t>(before, kZ));
     std::int32_t& last = last_[step.level];
     last = model_.code(coder, last, load<std::int32_t>(record, kZ), step.z_context);
     store<Coder>(record, kZ, last);
@@ -173,14 +193,15 @@ class ZLayer {
 
  private:
   IntegerModel model_{32, 20};
-  std::array<std::int32_t, 8> last_;
+  std::array<std::int32_t, 8> last_{};
+  bool has_begun_ = false;
 };
 
 class IntensityLayer {
  public:
-  explicit IntensityLayer(const std::byte* first) { last_.fill(load<std::uint16_t>(first, kIntensity)); }
   template <class Coder, class Byte>
-  void code(Coder& coder, Byte* record, const std::byte*, const Step& step) {
+  void code(Coder& coder, Byte* record, const std::byte* before, const Step& step) {
+    if (!std::exchange(has_begun_, true)) last_.fill(load<std::uint16_t>(before, kIntensity));
     std::uint16_t& last = last_[step.place * 2u + (step.time_changed ? 1u : 0u)];
     last = static_cast<std::uint16_t>(model_.code(coder, last, load<std::uint16_t>(record, kIntensity), step.place));
     store<Coder>(record, kIntensity, last);
@@ -188,7 +209,8 @@ class IntensityLayer {
 
  private:
   IntegerModel model_{16, 4};
-  std::array<std::uint16_t, 8> last_;
+  std::array<std::uint16_t, 8> last_{};
+  bool has_begun_ = false;
 };
 
 class ClassLayer {
@@ -209,9 +231,9 @@ class FlagsLayer {
  public:
   template <class Coder, class Byte>
   void code(Coder& coder, Byte* record, const std::byte* last, const Step&) {
-    const auto byte = load<std::uint8_t>(last, kFlags);
+    const auto byte = load<std::uint8_t>(record, kFlags);
     const std::uint32_t flags =
-        coder.code(models_[without_channel(byte)], without_channel(load<std::uint8_t>(record, kFlags)));
+        coder.code(models_[without_channel(load<std::uint8_t>(last, kFlags))], without_channel(byte));
     store<Coder>(record, kFlags, static_cast<std::uint8_t>((flags & 15) | (byte & 0x30) | (flags & 0x30) << 2));
   }
 
@@ -263,9 +285,9 @@ class SourceLayer {
 /// In each, a time is predicted from a multiple of the last difference.
 class TimeLayer {
  public:
-  explicit TimeLayer(const std::byte* first) { sequences_[0].time = load<std::uint64_t>(first, kTime); }
   template <class Coder, class Byte>
   void code(Coder& coder, Byte* record, const std::byte* last, const Step& step) {
+    if (!std::exchange(has_begun_, true)) sequences_[0].time = load<std::uint64_t>(last, kTime);
     std::uint64_t time = load<std::uint64_t>(last, kTime);
     if (step.time_changed) time = code_time(coder, load<std::uint64_t>(record, kTime));
     store<Coder>(record, kTime, time);
@@ -357,6 +379,7 @@ class TimeLayer {
 
   std::array<Sequence, 4> sequences_;
   std::uint32_t current_ = 0, newest_ = 0;
+  bool has_begun_ = false;
   SymbolModel multiples_{kSymbols}, first_{5};
   IntegerModel model_{32, 9};
 };

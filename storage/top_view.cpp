@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "storage/cloud_picture.hpp"
+#include "storage/crs_unit.hpp"
 #include "storage/drawing.hpp"
 #include "storage/point_colour.hpp"
 
@@ -136,23 +137,27 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   Result<LasReader> reader = LasReader::open(las);
   if (!reader) return reader.error();
+  const Result<CrsUnit> unit = crs_unit(*reader);
+  if (!unit) return unit.error();
+  if (unit->is_angle)
+    return Error{ErrorCode::Unsupported,
+                 las.string() + ": its coordinates are longitude and latitude; a picture from above needs a map's"};
   Result<Survey> found = survey(*reader);
   if (!found) return found.error();
   const auto [west, east] = span_without(found->east, config.cut_share);
   const auto [south, north] = span_without(found->north, config.cut_share);
 
   TopView view;
-  view.cell_m = std::max(east - west, north - south) / config.longest_side_px;
+  const double cell = std::max(east - west, north - south) / config.longest_side_px;
+  view.cell_m = cell * unit->metres;
   view.west = found->base_east + west;
   view.north = found->base_north + north;
-  const auto cells_along = [&](double metres) {
-    return std::max(1, static_cast<int>(std::lround(metres / view.cell_m)));
-  };
+  const auto cells_along = [&](double length) { return std::max(1, static_cast<int>(std::lround(length / cell))); };
   // The picture is never so narrow that arrow and bar do not fit.
   const int width = std::max(cells_along(east - west), config.longest_side_px / 4);
   const int height = std::max(cells_along(north - south), config.longest_side_px / 4);
-  view.west -= (width - cells_along(east - west)) / 2 * view.cell_m;
-  view.north += (height - cells_along(north - south)) / 2 * view.cell_m;
+  view.west -= (width - cells_along(east - west)) / 2 * cell;
+  view.north += (height - cells_along(north - south)) / 2 * cell;
   view.image = RgbImage(width, height, kBackground);
 
   const PointColour colour(*reader, found->brightest_colour < 256, found->brightest_intensity);
@@ -165,8 +170,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
     if (!read) view.read = read;
     if (!read || points.empty()) break;  // a cut cloud ends early
     for (const LasPoint& p : points) {
-      const double column = std::floor((p.x - view.west) / view.cell_m),
-                   row = std::floor((view.north - p.y) / view.cell_m);
+      const double column = std::floor((p.x - view.west) / cell), row = std::floor((view.north - p.y) / cell);
       if (!(column >= 0 && row >= 0 && column < width && row < height)) continue;
       const std::size_t i =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);

@@ -39,6 +39,10 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
   return path.ends();
 }
 
+void tell_left_out(const std::string& out, const std::vector<std::string>& records) {
+  for (const std::string& record : records) log_warning("not in {}: {}", out, record);
+}
+
 int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc, const products::CloudExport& config) {
   const auto split = products::CloudSplit::parse(words.split);
   if (!split.ok()) throw config::ConfigError("--split: " + split.error().message);
@@ -62,12 +66,16 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     return opening_status(done.error());
   }
   const auto source = storage::LasReader::open(cloud);
-  const Status indexed = products::write_part_index(folder->path() / "index.geojson", done->parts,
-                                                    source.ok() ? source->wkt() : std::string());
+  const std::string wkt = source.ok() ? source->wkt() : std::string();
+  const Result<bool> indexed = products::write_part_index(folder->path() / "index.geojson", done->parts, wkt);
   if (!indexed.ok()) {
     log_error(indexed.error().message);
     return kOutputRefused;
   }
+  if (!*indexed)
+    log_warning("index.geojson has no rectangles: the cloud {}",
+                wkt.empty() ? "says no CRS in words (WKT)" : "is in a CRS that is neither projected nor geographic");
+  if (source.ok()) tell_left_out(words.out, source->left_out());
   std::uint64_t points = 0, bytes = 0;
   for (const products::CloudPart& part : done->parts) {
     points += part.points;
@@ -109,6 +117,7 @@ class LazProfile : public ExportProfile {
                parts(), done->bytes,
                static_cast<double>(done->bytes) / static_cast<double>(std::filesystem::file_size(cloud, ignored)),
                cloud);
+    tell_left_out(words.out, done->left_out);
     if (!done->source_was_cut) return kDone;
     log_error("{} ends before its last point: everything that is whole was written", cloud);
     return kInputUnreadable;
@@ -142,7 +151,9 @@ class CopcProfile : public LazProfile {
 class PlyProfile : public LazProfile {
  public:
   const char* word() const override { return "ply"; }
-  const char* help() const override { return "the cloud as binary PLY with all its fields"; }
+  const char* help() const override {
+    return "the cloud as binary PLY: place, colour, intensity, return, class, sensor, time and extra bytes";
+  }
   bool writes_folder(const ExportWords&) const override { return false; }
 
   int run(const ExportWords& words) override {

@@ -136,7 +136,7 @@ TEST_F(Split, PartsCanBeOctrees) {
 TEST_F(Split, TheIndexSaysWhereAndWhen) {
   const SplitCloud done = split("tile:100m");
   auto cloud = LasReader::open(folder_ / "cloud.las");
-  ASSERT_TRUE(write_part_index(folder_ / "index.geojson", done.parts, cloud->wkt()));
+  EXPECT_TRUE(*write_part_index(folder_ / "index.geojson", done.parts, cloud->wkt()));
   const auto index = nlohmann::json::parse(std::ifstream(folder_ / "index.geojson"));
   ASSERT_EQ(index["features"].size(), done.parts.size());
   for (const auto& feature : index["features"]) {
@@ -150,8 +150,13 @@ TEST_F(Split, TheIndexSaysWhereAndWhen) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / "parts" / feature["properties"]["file"].get<std::string>()));
     EXPECT_GE(feature["properties"]["last_gps_s"], feature["properties"]["first_gps_s"]);
   }
-  ASSERT_TRUE(write_part_index(folder_ / "bare.geojson", done.parts, ""));
-  EXPECT_TRUE(nlohmann::json::parse(std::ifstream(folder_ / "bare.geojson"))["features"][0]["geometry"].is_null());
+  // Coordinates from the centre of the Earth are no places on a map either.
+  const char* geocentric =
+      R"(GEOCCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["metre",1]])";
+  for (const char* crs : {"", geocentric}) {
+    EXPECT_FALSE(*write_part_index(folder_ / "bare.geojson", done.parts, crs));
+    EXPECT_TRUE(nlohmann::json::parse(std::ifstream(folder_ / "bare.geojson"))["features"][0]["geometry"].is_null());
+  }
 }
 
 TEST_F(Split, SaysWhatIsWrong) {

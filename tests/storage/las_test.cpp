@@ -3,8 +3,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "storage/crs_unit.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/las_points.hpp"
@@ -294,6 +300,129 @@ TEST(LasReader, ReadsOlderVersionsAndFormats) {
     EXPECT_FALSE(reader->gps_time(points[0])) << "time of week has no week";
     EXPECT_EQ(points[0].green, colour[format] ? 0xABCD : 0);
   }
+}
+
+/// A LAS 1.4 file of one point of format 7 with `extra` bytes, with records in front of the point and behind it.
+Bytes file_with_records(const std::vector<LasVlr>& records, const std::vector<LasVlr>& extended, const Bytes& extra) {
+  LasHeader header;
+  header.point_format = 7;
+  header.point_size = static_cast<std::uint16_t>(36 + extra.size());
+  header.point_count = 1;
+  header.header_size = kLasHeaderSize14;
+  header.vlr_count = static_cast<std::uint32_t>(records.size());
+  Bytes vlrs;
+  for (const LasVlr& record : records) append_vlr(vlrs, record);
+  header.point_offset = static_cast<std::uint32_t>(kLasHeaderSize14 + vlrs.size());
+  header.evlr_offset = header.point_offset + header.point_size;
+  header.evlr_count = static_cast<std::uint32_t>(extended.size());
+  Bytes file = encode_las_header(header);
+  append(file, ByteView(vlrs));
+  Bytes point(36);
+  put<std::uint16_t>(std::span<std::byte>(point), 32, 200);
+  append(file, ByteView(point)), append(file, ByteView(extra));
+  for (const LasVlr& record : extended) {
+    append_evlr_head(file, record.user_id, record.record_id, record.description, record.data.size());
+    append(file, as_bytes(record.data));
+  }
+  return file;
+}
+
+LasVlr extra_bytes_record(const LasExtraField& field) { return {"LASF_Spec", 4, "", encode_extra_fields({field})}; }
+
+TEST(LasReader, ReadsExtraBytesOfSeveralRecordsAndArrays) {
+  const TemporaryFolder folder;
+  LasExtraField deviation, pair, confidence;
+  deviation.name = "Deviation";
+  deviation.type = LasType::U16;
+  pair.name = "pair";
+  confidence.name = "confidence";
+  std::string array = encode_extra_fields({pair});
+  array[2] = 11;  // two bytes
+  const Bytes extra{std::byte{0x34}, std::byte{0x12}, std::byte{7}, std::byte{9}, std::byte{65}};
+  const Bytes file = file_with_records({extra_bytes_record(deviation), {"LASF_Spec", 4, "", array}},
+                                       {extra_bytes_record(confidence)}, extra);
+  test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), file.size()});
+  auto reader = LasReader::open(folder / "a.las");
+  ASSERT_TRUE(reader) << reader.error().message;
+  std::vector<LasPoint> points;
+  ASSERT_TRUE(reader->next(points));
+  std::map<std::string, double> values;
+  for (const LasExtraField& field : reader->extra_fields()) values[field.name] = LasReader::extra(points.at(0), field);
+  EXPECT_EQ(values,
+            (std::map<std::string, double>{{"Deviation", 0x1234}, {"pair[0]", 7}, {"pair[1]", 9}, {"confidence", 65}}));
+}
+
+TEST(LasReader, ReadsTheRecordsBehindThePointsAndNamesThoseItLeavesOut) {
+  const TemporaryFolder folder;
+  const std::string wkt = "LOCAL_CS[\"a site\"]";
+  const Bytes file = file_with_records({},
+                                       {{"waves", 7, "", std::string(70'000, 'w')},
+                                        {"LASF_Projection", 2112, "", wkt + '\0'},
+                                        {"office", 42, "", "a note"}},
+                                       {});
+  const auto read = [&](std::size_t size) {
+    test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), size});
+    auto reader = LasReader::open(folder / "a.las");
+    EXPECT_TRUE(reader.ok());
+    return std::pair(reader->wkt(), reader->left_out());
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(read(file.size()), std::pair(wkt, Names{"extended record waves/7 of 70000 bytes"}));
+  const auto [cut_wkt, cut] = read(file.size() - 3);
+  EXPECT_EQ(cut_wkt, wkt);
+  EXPECT_EQ(cut.back(), "the file ends inside extended record office/42");
+  EXPECT_EQ(read(kLasHeaderSize14 + 36 + 10).second, Names{"the file ends before extended record 0 of 3"});
+}
+
+TEST(LasReader, KnowsColoursOfEightBits) {
+  const TemporaryFolder folder;
+  const auto has_byte_colours = [&](std::uint16_t green) {
+    Bytes file = file_with_records({}, {}, {});
+    put<std::uint16_t>(std::span<std::byte>(file), kLasHeaderSize14 + 32, green);
+    test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), file.size()});
+    auto reader = LasReader::open(folder / "a.las");
+    const bool out = *reader->has_byte_colours();
+    std::vector<LasPoint> points;
+    EXPECT_TRUE(reader->next(points));
+    EXPECT_EQ(points.size(), 1u) << "the reader is at its begin again";
+    return out;
+  };
+  EXPECT_TRUE(has_byte_colours(255));
+  EXPECT_FALSE(has_byte_colours(256));
+}
+
+TEST(CrsUnit, IsThatOfTheWktOrOfTheGeoTiffKeys) {
+  const TemporaryFolder folder;
+  const auto unit = [&](const std::vector<LasVlr>& records) {
+    const Bytes file = file_with_records(records, {}, {});
+    test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), file.size()});
+    return *crs_unit(*LasReader::open(folder / "a.las"));
+  };
+  const auto keys = [](const std::vector<std::uint16_t>& values) {
+    Bytes data;
+    for (const std::uint16_t value : std::array<std::uint16_t, 3>{1, 1, 0}) append(data, value);
+    append(data, static_cast<std::uint16_t>(values.size() / 2));
+    for (std::size_t i = 0; i < values.size(); i += 2) {
+      append(data, values[i]);
+      for (const std::uint16_t value : std::array<std::uint16_t, 3>{0, 1, values[i + 1]}) append(data, value);
+    }
+    return LasVlr{"LASF_Projection", 34735, "", {reinterpret_cast<const char*>(data.data()), data.size()}};
+  };
+  EXPECT_EQ(unit({}).metres, 1);
+  EXPECT_EQ(unit({keys({1024, 1, 3072, 32631})}).metres, 1);
+  EXPECT_NEAR(unit({keys({1024, 1, 3072, 2992})}).metres, 0.3048, 1e-12) << "Oregon, international feet";
+  EXPECT_NEAR(unit({keys({1024, 1, 3076, 9003})}).metres, 1200.0 / 3937, 1e-12);
+  EXPECT_TRUE(unit({keys({1024, 2, 2048, 4326})}).is_angle);
+  const std::string wkt =
+      R"(PROJCS["x",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],)"
+      R"(UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],)"
+      R"(PARAMETER["central_meridian",0],PARAMETER["scale_factor",1],PARAMETER["false_easting",0],)"
+      R"(PARAMETER["false_northing",0],UNIT["foot",0.3048]])";
+  EXPECT_NEAR(unit({{"LASF_Projection", 2112, "", wkt}}).metres, 0.3048, 1e-12);
+  EXPECT_NEAR(unit({{"LASF_Projection", 2112, "",
+                     "COMPD_CS[\"c\"," + wkt + R"(,VERT_CS["h",VERT_DATUM["d",2005],UNIT["metre",1]]])"}})
+                  .metres,
+              0.3048, 1e-12);
 }
 
 TEST(LasReader, RefusesWhatItCannotRead) {

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "core/result.hpp"
+#include "storage/las_reader.hpp"
+
+namespace hueline::storage {
+
+/// What a step of 1 along x or y of a cloud is.
+struct CrsUnit {
+  double metres = 1;      ///< its length, if it is one
+  bool is_angle = false;  ///< the coordinates are longitude and latitude
+};
+
+/// Returns the unit of a cloud's CRS, by its WKT or its GeoTIFF keys. Without a CRS, and for one that PROJ does not
+/// know, it is the metre. Error: Unavailable if PROJ's database cannot be read. Thread safety: one thread per cloud.
+/// Source: LAS 1.4 R15 (coordinate reference system records); GeoTIFF 1.1 (OGC 19-008r4).
+Result<CrsUnit> crs_unit(const LasReader& cloud);
+
+}  // namespace hueline::storage
