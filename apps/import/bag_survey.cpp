@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "drivers/ros/ros_datagrams.hpp"
@@ -12,7 +11,6 @@
 namespace hueline::apps {
 namespace {
 
-using drivers::RosPoseRank;
 using drivers::RosReader;
 
 std::string without_slash(std::string frame) {
@@ -72,8 +70,6 @@ class CloudSurvey {
 /// Sees the messages one after another.
 class Surveyor {
  public:
-  explicit Surveyor(bool has_origin) : has_origin_(has_origin) {}
-
   void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
     const RosReader in(message.data.bytes(), topic.encoding);
     if (drivers::carries_cloud(topic.type)) return clouds_[topic.name].take(topic, message, out.clouds[topic.name]);
@@ -87,16 +83,7 @@ class Surveyor {
       out.tree.take(in, topic.name.ends_with("tf_static"));
       return;
     }
-    const RosPoseRank rank = drivers::pose_rank(topic.type);
-    if (rank == RosPoseRank::Local && !has_origin_) return;
-    if (rank == RosPoseRank::Part) {
-      parts_.insert(topic.type);
-      if (topic.type == "sensor_msgs/Imu") take_frame(rank, topic.name, in);
-      if (parts_.size() == 2) out.pose = std::max(out.pose, rank);
-      return;
-    }
-    if (rank != RosPoseRank::None) take_frame(rank, topic.name, in);
-    out.pose = std::max(out.pose, rank);
+    if (drivers::pose_rank(topic.type) != drivers::RosPoseRank::None) return take_pose(topic.name, topic.type, in);
     if (drivers::have_header(topic.type))
       out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
   }
@@ -114,19 +101,18 @@ class Surveyor {
     }
     camera = {image->format, without_slash(image->header.frame), image->width, image->height, {}};
   }
-  void take_frame(RosPoseRank rank, const std::string& name, RosReader in) {
-    if (out.frames.contains(name)) return;
+  void take_pose(const std::string& name, const std::string& type, RosReader in) {
+    const auto [known, is_new] = out.poses.try_emplace(name, PoseTopic{type, {}, 0});
+    PoseTopic& pose = known->second;
+    if (pose.type != type) return;  // ROS does not allow a second type under one name
+    if (drivers::pose_stamp(type, in)) ++pose.usable;
+    if (!is_new) return;
     std::string frame = in.take_header().frame;
-    if (rank == RosPoseRank::Local) frame = in.take_string();  // the child of the pose
-    out.frames[name] = without_slash(frame);
-    if (rank >= rank_of_frame_) out.pose_frame = out.frames[name];
-    rank_of_frame_ = std::max(rank_of_frame_, rank);
+    if (drivers::pose_rank(type) == drivers::RosPoseRank::Local) frame = in.take_string();  // the child of the pose
+    pose.frame = without_slash(frame);
   }
 
-  bool has_origin_;
   std::map<std::string, CloudSurvey> clouds_;
-  std::set<std::string> parts_;
-  RosPoseRank rank_of_frame_ = RosPoseRank::None;
 };
 
 }  // namespace
@@ -190,10 +176,10 @@ const CameraFacts* BagSurvey::facts_of(const std::string& topic) const {
   return best || facts.size() != 1 || cameras.size() != 1 ? best : &facts.begin()->second;
 }
 
-Result<BagSurvey> survey_bag(const std::filesystem::path& path, bool has_origin) {
+Result<BagSurvey> survey_bag(const std::filesystem::path& path) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return bag.error();
-  Surveyor surveyor(has_origin);
+  Surveyor surveyor;
   for (;;) {
     const auto message = (*bag)->next();
     if (message.ok()) {

@@ -6,10 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "apps/import/pose_choice.hpp"
 #include "core/frames.hpp"
 #include "core/result.hpp"
 #include "drivers/ros/ros_cloud_decoder.hpp"
-#include "drivers/ros/ros_pose.hpp"
+#include "drivers/ros/ros_message.hpp"
 #include "rosbag/bag.hpp"
 
 namespace hueline::apps {
@@ -62,16 +63,15 @@ struct BagSurvey {
   std::map<std::string, Camera> cameras;      ///< by topic
   std::map<std::string, Cloud> clouds;        ///< by topic
   std::map<std::string, CameraFacts> facts;   ///< by topic of CameraInfo
-  std::map<std::string, std::string> frames;  ///< of each scanner's and pose's first message with a header, by topic
-  drivers::RosPoseRank pose = drivers::RosPoseRank::None;
-  std::string pose_frame;
+  std::map<std::string, std::string> frames;  ///< of each scanner's first message with a header, by topic
+  std::map<std::string, PoseTopic> poses;     ///< by topic
   FrameTree tree;
 
   /// Returns the facts of the camera whose images are at `topic`, or null: those with the longest common path.
   const CameraFacts* facts_of(const std::string& topic) const;
 };
 
-/// Reads a recording to its end or its damage. `has_origin`: nav_msgs/Odometry can be used.
-Result<BagSurvey> survey_bag(const std::filesystem::path& path, bool has_origin);
+/// Reads a recording to its end or its damage.
+Result<BagSurvey> survey_bag(const std::filesystem::path& path);
 
 }  // namespace hueline::apps

@@ -18,7 +18,7 @@ namespace {
 
 struct ImportCommandOptions {
   std::string bag, out, origin;
-  std::vector<std::string> clouds;
+  std::vector<std::string> clouds, poses;
 };
 
 /// Reads "48.1, 11.5, 560": latitude and longitude in degrees, ellipsoidal height in metres.
@@ -32,7 +32,7 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
 }
 
 int import_recording(const ImportCommandOptions& options) {
-  ImportOptions what{options.bag, options.out, {}, options.clouds};
+  ImportOptions what{options.bag, options.out, {}, options.clouds, options.poses};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
     if (!what.origin) {
@@ -68,6 +68,9 @@ void add_import(Command& all) {
                  "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");
   command.option("--clouds", options->clouds,
                  "topics of the point clouds to take; default: of each frame the one with times and the most points");
+  command.option("--poses", options->poses,
+                 "topic that the pose is taken from, or one of NavSatFix and one of Imu; default: of the best kind the "
+                 "one with the most messages");
   command.footer(
       "Datagrams of scanners are taken as they are; images and poses become packets of devices that hueline knows. The "
       "table says what each topic became. Then complete DRIVE/rig.yaml and run: hueline replay DRIVE --rig "

@@ -110,14 +110,17 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (error) return output_error("cannot make " + probe.folder.string(), error.value());
   auto files = rosbag::write_scanner_files(options.bag, probe.folder, kProbePackets);
   if (!files.ok()) return files.error();
-  const auto survey = survey_bag(options.bag, options.origin.has_value());
+  const auto survey = survey_bag(options.bag);
   if (!survey.ok()) return survey.error();
   const auto offset = offset_of(options.bag);
   if (!offset.ok()) return offset.error();
 
+  const auto pose = choose_pose(survey->poses, options.origin.has_value(), options.poses);
+  if (!pose.ok()) return pose.error();
+
   ImportedBag out;
-  ImportRig sensors(*survey);
-  sensors.add_pose(files->topics);
+  ImportRig sensors(*survey, *pose);
+  sensors.add_pose();
   if (Status done = add_scanners(*files, options.out, sensors, out); !done.ok()) return done.error();
   for (const std::string& topic : options.clouds)
     if (!survey->clouds.contains(topic))
@@ -130,9 +133,6 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
     else
       out.became[topic] = "not used: " + camera.why;
   }
-  for (const auto& one : files->topics)
-    if (one.topic.type == "nav_msgs/Odometry" && !sensors.became().contains(one.topic.name) && !options.origin)
-      out.became[one.topic.name] = "not used: its metres need an origin, see --origin";
   for (const auto& one : files->topics) {
     if (one.topic.type != "tf2_msgs/TFMessage" && one.topic.type != "tf/tfMessage") continue;
     out.became[one.topic.name] = sensors.mounted() > 0 ? "the tree of frames: mountings of the rig"
@@ -158,7 +158,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   auto writer = storage::JournalWriter::create(options.out / "drive.mcap", header, config);
   if (!writer.ok()) return writer.error();
   OrderedJournal journal(std::move(*writer));
-  Transcriber transcriber(sensors.sensors(), survey->pose, options.origin, journal);
+  Transcriber transcriber(sensors.sensors(), *pose, options.origin, journal);
   auto bag = rosbag::open_bag(options.bag);
   if (!bag.ok()) return bag.error();
   for (;;) {

@@ -65,26 +65,22 @@ std::string keys_of(const drivers::RosCloudDecoder::Config& config) {
 
 }  // namespace
 
-void ImportRig::add_pose(const std::vector<rosbag::TopicCount>& topics) {
-  if (survey_->pose == drivers::RosPoseRank::None) {
+void ImportRig::add_pose() {
+  for (const auto& [topic, why] : pose_.not_used) became_[topic] = "not used: " + why;
+  if (pose_.rank == drivers::RosPoseRank::None) {
     to_do_.push_back("the recording has no pose that can be used: a replay places no points");
     return;
   }
-  std::string from;
-  for (const auto& one : topics)
-    if (drivers::pose_rank(one.topic.type) == survey_->pose) {
-      from += (from.empty() ? "" : ", ") + one.topic.name;
-      became_[one.topic.name] = "sensor pos";
-    }
-  const bool is_by_stamp = survey_->pose == drivers::RosPoseRank::Part || survey_->pose == drivers::RosPoseRank::Local;
+  for (const std::string& topic : pose_.topics) became_[topic] = "sensor pos";
+  const bool is_by_stamp = pose_.rank == drivers::RosPoseRank::Part || pose_.rank == drivers::RosPoseRank::Local;
   if (is_by_stamp)
     to_do_.push_back(
         "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
   sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
-  sensors_.back().yaml =
-      fmt::format("  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n",
-                  sensors_.back().name, from, is_by_stamp ? "; its times are header.stamp, NOT KNOWN how late" : "");
+  sensors_.back().yaml = fmt::format(
+      "  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n", sensors_.back().name,
+      fmt::join(pose_.topics, ", "), is_by_stamp ? "; its times are header.stamp, NOT KNOWN how late" : "");
 }
 
 void ImportRig::add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
@@ -214,9 +210,7 @@ std::string ImportRig::lens(const std::string& name, const std::string& topic, c
 }
 
 /// Returns the frame that stands for the vehicle's body.
-std::string ImportRig::base() const {
-  return survey_->tree.has(survey_->pose_frame) ? survey_->pose_frame : "base_link";
-}
+std::string ImportRig::base() const { return survey_->tree.has(pose_.frame) ? pose_.frame : "base_link"; }
 
 std::optional<Eigen::Isometry3d> ImportRig::place_of(const std::string& frame) const {
   return frame.empty() ? std::nullopt : survey_->tree.place(frame, base());

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/import/bag_survey.hpp"
@@ -30,9 +31,9 @@ struct ImportedSensor {
 /// Thread safety: none.
 class ImportRig {
  public:
-  explicit ImportRig(const BagSurvey& survey) : survey_(&survey) {}
+  ImportRig(const BagSurvey& survey, PoseChoice pose) : survey_(&survey), pose_(std::move(pose)) {}
 
-  void add_pose(const std::vector<rosbag::TopicCount>& topics);
+  void add_pose();
   void add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
                    Buffer description);
   /// Adds the point clouds of the topics `wanted`; if there are none, the best of each frame whose scanner is not there
@@ -61,6 +62,7 @@ class ImportRig {
   std::string free_name(std::string name) const;
 
   const BagSurvey* survey_;
+  PoseChoice pose_;
   std::vector<ImportedSensor> sensors_;
   std::map<std::string, std::string> became_;
   std::vector<std::string> to_do_;

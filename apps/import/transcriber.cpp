@@ -40,9 +40,9 @@ Status OrderedJournal::write() {
   return writer_.append(packet, nanoseconds(0));
 }
 
-Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, drivers::RosPoseRank rank,
+Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose,
                          std::optional<Geodetic> origin, OrderedJournal& journal)
-    : sensors_(sensors), rank_(rank), pose_(rank, origin), journal_(journal) {
+    : sensors_(sensors), from_(pose), pose_(pose.rank, origin), journal_(journal) {
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const auto id = static_cast<SensorId>(i + 1);
     if (sensors[i].kind == ImportedSensor::Kind::Pose)
@@ -54,7 +54,9 @@ Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, drivers::Ro
 }
 
 Status Transcriber::take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  if (pos_ != kSystemSensor && drivers::pose_rank(topic.type) == rank_) return take_pose(topic, message);
+  const bool is_pose =
+      drivers::pose_rank(topic.type) == from_.rank && std::ranges::find(from_.topics, topic.name) != from_.topics.end();
+  if (pos_ != kSystemSensor && is_pose) return take_pose(topic, message);
   const auto id = ids_.find(topic.name);
   if (id == ids_.end()) return {};
   switch (sensors_[id->second - 1u].kind) {

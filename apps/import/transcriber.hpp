@@ -50,7 +50,7 @@ class OrderedJournal {
 class Transcriber {
  public:
   /// The sensors' numbers are their places in the list, from 1.
-  Transcriber(const std::vector<ImportedSensor>& sensors, drivers::RosPoseRank rank, std::optional<Geodetic> origin,
+  Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose, std::optional<Geodetic> origin,
               OrderedJournal& journal);
 
   /// Returns an error of the disk.
@@ -65,7 +65,7 @@ class Transcriber {
   Status take_datagrams(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
 
   const std::vector<ImportedSensor>& sensors_;
-  drivers::RosPoseRank rank_;
+  PoseChoice from_;
   drivers::RosPose pose_;
   OrderedJournal& journal_;
   SensorId pos_ = kSystemSensor;

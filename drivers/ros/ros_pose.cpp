@@ -1,8 +1,6 @@
 #include "drivers/ros/ros_pose.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include "core/calendar.hpp"
@@ -78,21 +76,7 @@ RosPose::Logs logs_of(const Pva& pva, UnixTime received) {
   return {received, Buffer::copy_of(bytes)};
 }
 
-Eigen::Quaterniond take_quaternion(RosReader& in) {
-  const auto x = in.take<double>(), y = in.take<double>(), z = in.take<double>(), w = in.take<double>();
-  return {w, x, y, z};
-}
-bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 0.01; }
-
 }  // namespace
-
-RosPoseRank pose_rank(std::string_view type) {
-  if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;
-  if (type == "novatel_oem7_msgs/INSPVAX" || type == "novatel_oem7_msgs/INSPVA") return RosPoseRank::Solution;
-  if (type == "nav_msgs/Odometry") return RosPoseRank::Local;
-  if (type == "sensor_msgs/NavSatFix" || type == "sensor_msgs/Imu") return RosPoseRank::Part;
-  return RosPoseRank::None;
-}
 
 bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out) {
   switch (rank_) {
@@ -147,32 +131,17 @@ bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Log
 }
 
 bool RosPose::take_imu(RosReader in) {
-  Turn turn;
-  turn.time = in.take_header().stamp;
-  turn.q_enu_flu = take_quaternion(in);
-  const auto covariance = in.take<double>();
-  // By its definition, a sensor without orientation says so with a covariance of -1.
-  if (!in.ok() || covariance == -1 || !is_rotation(turn.q_enu_flu)) return false;
-  turn.q_enu_flu.normalize();
+  const auto turn = take_orientation(in);
+  if (!turn) return false;
   if (turns_.size() == kMostTurns) turns_.pop_front();
-  turns_.push_back(turn);
+  turns_.push_back(*turn);
   return true;
 }
 
 bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
-  Pose now;
-  now.time = in.take_header().stamp;
-  const auto status = in.take<std::int8_t>();
-  in.take<std::uint16_t>();
-  now.place.latitude = in.take<double>() * kDegree;
-  now.place.longitude = in.take<double>() * kDegree;
-  now.place.ellipsoidal_height = in.take<double>();
-  std::array<double, 9> covariance{};
-  for (double& value : covariance) value = in.take<double>();
-  const bool has_covariance = in.take<std::uint8_t>() != 0;
-  if (!in.ok() || status < 0 || !is_on_earth(now.place)) return false;
-  if (has_covariance)
-    now.sigma_enu = Eigen::Vector3d(covariance[0], covariance[4], covariance[8]).cwiseMax(0).cwiseSqrt();
+  const auto fix = take_position(in);
+  if (!fix) return false;
+  const Pose now{fix->time, fix->place, {}, fix->sigma_enu};
   const auto before = last_;
   last_ = now;
   if (!before || now.time <= before->time) return true;
@@ -180,7 +149,7 @@ bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
   const Eigen::Vector3d a = to_ecef(before->place).xyz, step = to_ecef(now.place).xyz - a;
   const Eigen::Vector3d velocity = ecef_from_enu(now.place).rotation.conjugate() * step / span;
   while (!turns_.empty() && turns_.front().time <= now.time) {
-    const Turn turn = turns_.front();
+    const RosOrientation turn = turns_.front();
     turns_.pop_front();
     if (turn.time <= before->time) continue;
     Pose pose = now;
@@ -193,15 +162,9 @@ bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
 }
 
 bool RosPose::take_odometry(RosReader in, std::vector<Logs>& out) {
-  Pose now;
-  now.time = in.take_header().stamp;
-  in.take_string();
-  Eigen::Vector3d enu;
-  for (double& value : enu) value = in.take<double>();
-  now.q_enu_flu = take_quaternion(in);
-  if (!in.ok() || !origin_ || !is_rotation(now.q_enu_flu) || !(enu.norm() < 1e6)) return false;
-  now.q_enu_flu.normalize();
-  now.place = to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{enu});
+  const auto local = take_local_pose(in);
+  if (!local || !origin_) return false;
+  const Pose now{local->time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local->enu}), local->q_enu_flu, {}};
   const auto before = last_;
   last_ = now;
   if (!before || now.time <= before->time) return true;

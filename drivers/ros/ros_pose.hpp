@@ -9,19 +9,10 @@
 #include "core/frames.hpp"
 #include "core/geodesy.hpp"
 #include "drivers/ros/ros_message.hpp"
+#include "drivers/ros/ros_pose_message.hpp"
 
 /// Positions and attitudes in messages of ROS, as the logs of a NovAtel receiver.
 namespace hueline::drivers {
-
-/// How much a message of this type (ros_type()) says about the pose. A recording's pose is taken from the best.
-enum class RosPoseRank : std::uint8_t {
-  None,
-  Part,      ///< sensor_msgs/NavSatFix or Imu: together they are a pose
-  Local,     ///< nav_msgs/Odometry: a pose about an origin that somebody has to name
-  Solution,  ///< novatel_oem7_msgs/INSPVA, INSPVAX
-  Logs,      ///< novatel_oem7_msgs/Oem7RawMsg: the receiver's own bytes
-};
-RosPoseRank pose_rank(std::string_view type);
 
 /// Makes logs of a receiver (novatel/wire.hpp) of the messages of one rank. Oem7RawMsg holds such logs, which are
 /// taken as they are. Everything else becomes INSPVA, with INSSTDEV before it where sigmas are known:
@@ -52,10 +43,6 @@ class RosPose {
     Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
     std::optional<Eigen::Vector3d> sigma_enu;
   };
-  struct Turn {
-    UnixTime time{};
-    Eigen::Quaterniond q_enu_flu;
-  };
   bool take_solution(std::string_view type, RosReader message, std::vector<Logs>& out);
   bool take_fix(RosReader message, std::vector<Logs>& out);
   bool take_imu(RosReader message);
@@ -65,7 +52,7 @@ class RosPose {
   RosPoseRank rank_;
   std::optional<Geodetic> origin_;
   std::optional<Pose> last_;
-  std::deque<Turn> turns_;  // between the last fix and the next
+  std::deque<RosOrientation> turns_;  // between the last fix and the next
 };
 
 }  // namespace hueline::drivers

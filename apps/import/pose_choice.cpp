@@ -1,0 +1,113 @@
+#include "apps/import/pose_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+#include <utility>
+
+namespace hueline::apps {
+namespace {
+
+using drivers::RosPoseRank;
+
+/// Topics of one kind say the same, so one of them is enough.
+using PoseKind = std::pair<RosPoseRank, bool>;
+constexpr PoseKind kOrientations{RosPoseRank::Part, true}, kPositions{RosPoseRank::Part, false};
+
+PoseKind kind_of(const PoseTopic& topic) { return {drivers::pose_rank(topic.type), topic.type == "sensor_msgs/Imu"}; }
+
+/// By kind, the name of its topic.
+using KindTopics = std::map<PoseKind, std::string>;
+
+KindTopics best_of_each(const std::map<std::string, PoseTopic>& found) {
+  const auto worth = [](const PoseTopic& one) { return std::tuple(one.usable, one.type.ends_with("INSPVAX")); };
+  KindTopics out;
+  for (const auto& [name, topic] : found) {
+    if (topic.usable == 0) continue;
+    // The names come in their order, so the first of equal ones stays.
+    const auto [known, is_new] = out.try_emplace(kind_of(topic), name);
+    if (!is_new && worth(topic) > worth(found.at(known->second))) known->second = name;
+  }
+  return out;
+}
+
+bool is_whole(RosPoseRank rank, const KindTopics& topics) {
+  return rank != RosPoseRank::Part || (topics.contains(kOrientations) && topics.contains(kPositions));
+}
+
+std::string what_it_lacks(const PoseKind& kind) {
+  if (kind == kOrientations) return "no message of it says an orientation";
+  if (kind == kPositions) return "no message of it says a position";
+  return "no message of it says a pose";
+}
+std::string what_it_needs(const PoseKind& kind) {
+  return kind == kOrientations ? "its orientations need the positions of a sensor_msgs/NavSatFix"
+                               : "its positions need the orientations of a sensor_msgs/Imu";
+}
+constexpr const char* kNoOrigin = "its metres need an origin, see --origin";
+
+/// Returns why a topic cannot be used, whatever others there are; empty: it can.
+std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool has_origin) {
+  const PoseKind kind = kind_of(topic);
+  if (topic.usable == 0) return what_it_lacks(kind);
+  if (kind.first == RosPoseRank::Local && !has_origin) return kNoOrigin;
+  return is_whole(kind.first, best) ? std::string() : what_it_needs(kind);
+}
+
+/// Puts the topics `wanted` in the place of the best of their kinds, and returns their rank.
+Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, bool has_origin,
+                                const std::vector<std::string>& wanted, KindTopics& best) {
+  const auto wrong = [](const std::string& topic, const std::string& why) {
+    return Error{ErrorCode::Invalid, fmt::format("--poses {}: {}", topic, why)};
+  };
+  std::map<PoseKind, std::string> named;
+  for (const std::string& name : wanted) {
+    const auto topic = found.find(name);
+    if (topic == found.end()) return wrong(name, "the recording has no poses of that topic");
+    if (const std::string why = why_useless(topic->second, best, has_origin); !why.empty()) return wrong(name, why);
+    const PoseKind kind = kind_of(topic->second);
+    if (const auto [other, is_new] = named.try_emplace(kind, name); !is_new && other->second != name)
+      return wrong(name, fmt::format("{} says the same; name one of them", other->second));
+    if (named.begin()->first.first != kind.first || named.rbegin()->first.first != kind.first)
+      return wrong(name, "a pose is taken from one topic, or from one of NavSatFix and one of Imu");
+    best[kind] = name;
+  }
+  return named.begin()->first.first;
+}
+
+}  // namespace
+
+Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
+                               const std::vector<std::string>& wanted) {
+  PoseChoice out;
+  KindTopics best = best_of_each(found);
+  for (const auto& [kind, name] : best)
+    if (why_useless(found.at(name), best, has_origin).empty()) out.rank = std::max(out.rank, kind.first);
+  if (!wanted.empty()) {
+    const auto rank = take_wanted(found, has_origin, wanted, best);
+    if (!rank.ok()) return rank.error();
+    out.rank = *rank;
+  }
+  std::set<std::string> taken;
+  for (const auto& [kind, name] : best) {
+    if (kind.first != out.rank) continue;
+    taken.insert(name);
+    if (kind != kPositions) out.frame = found.at(name).frame;
+  }
+  out.topics.assign(taken.begin(), taken.end());
+  for (const auto& [name, topic] : found) {
+    if (taken.contains(name)) continue;
+    std::string why = why_useless(topic, best, has_origin);
+    if (why.empty() && best.at(kind_of(topic)) != name && kind_of(topic).first == out.rank)
+      why = fmt::format("the pose is that of {}, with {} messages that can be used, of {} here; --poses {} takes this",
+                        best.at(kind_of(topic)), found.at(best.at(kind_of(topic))).usable, topic.usable, name);
+    else if (why.empty())
+      why = fmt::format("the pose is that of {}; --poses {} takes this", fmt::join(out.topics, " and "), name);
+    out.not_used[name] = why;
+  }
+  return out;
+}
+
+}  // namespace hueline::apps

@@ -1,0 +1,145 @@
+// What `hueline import` takes of recordings of ROS, and what it says of what it does not take.
+#include <gtest/gtest.h>
+
+#include "apps/import/import_bag.hpp"
+#include "apps/inspect/inspect.hpp"
+#include "tests/rosbag/sample_bag.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hueline {
+namespace {
+
+using apps::ImportedBag;
+using apps::ImportOptions;
+using apps::PoseTopic;
+using test::RosWriter;
+using test::SampleMessage;
+
+constexpr std::int64_t kImported_ns = 1'700'000'000'000'000'000;
+constexpr std::int64_t kTenth_ns = 100'000'000;
+constexpr Geodetic kOrigin{0.8, 0.2, 500};
+
+SampleMessage odometry_message(const std::string& topic, std::int64_t ns, double north) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.header(ns, "odom").text("base_link").put(0.0).put(north).put(0.0);
+  out.put(0.0).put(0.0).put(0.0).put(1.0);
+  return {topic, "nav_msgs/Odometry", ns, out.bytes()};
+}
+SampleMessage imu_message(const std::string& topic, std::int64_t ns, double covariance = 0) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.header(ns, "imu").put(0.0).put(0.0).put(0.0).put(1.0).put(covariance);
+  return {topic, "sensor_msgs/Imu", ns, out.bytes()};
+}
+
+/// A recording in a folder that passes, and the drive that is made of it.
+class ImportBag : public ::testing::Test {
+ protected:
+  Result<ImportedBag> import(const std::vector<SampleMessage>& messages, ImportOptions options = {}) const {
+    test::write_mcap(folder_ / "made.mcap", messages, storage::Compression::None);
+    options.bag = folder_ / "made.mcap";
+    options.out = folder_ / "drive";
+    return apps::import_bag(options);
+  }
+  /// Returns what `hueline inspect` says of the drive's pose.
+  nlohmann::ordered_json pose() const {
+    const auto seen = apps::inspect_file(folder_ / "drive/drive.mcap");
+    for (const auto& one : seen.found->at("sensors"))
+      if (one.at("name") == "pos") return one;
+    return {};
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+/// Two ways of the vehicle, 500 m apart; /odom/wheel has a message more.
+std::vector<SampleMessage> two_ways() {
+  std::vector<SampleMessage> out;
+  for (int i = 0; i < 20; ++i) {
+    if (i > 0)
+      out.push_back(odometry_message("/odom/filtered", kImported_ns + i * kTenth_ns - 1'000'000, 500 + 0.1 * i));
+    out.push_back(odometry_message("/odom/wheel", kImported_ns + i * kTenth_ns, 0.1 * i));
+  }
+  return out;
+}
+double metres_of_latitudes(const nlohmann::ordered_json& pose) {
+  const auto& range = pose.at("latitude_deg");
+  return (range.at(1).get<double>() - range.at(0).get<double>()) * 111'200;
+}
+
+TEST_F(ImportBag, OfTwoTopicsOfOneKindOneIsThePose) {
+  const auto done = import(two_ways(), {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom/wheel"), "sensor pos");
+  EXPECT_EQ(done->became.at("/odom/filtered"),
+            "not used: the pose is that of /odom/wheel, with 20 messages that can be used, of 19 here; --poses "
+            "/odom/filtered takes this");
+  EXPECT_LT(metres_of_latitudes(pose()), 3);
+}
+
+TEST_F(ImportBag, PosesNamesTheTopicOfThePose) {
+  const auto done = import(two_ways(), {.origin = kOrigin, .poses = {"/odom/filtered"}});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom/filtered"), "sensor pos");
+  EXPECT_LT(metres_of_latitudes(pose()), 3);
+  const auto twice = import(two_ways(), {.origin = kOrigin, .poses = {"/odom/filtered", "/odom/wheel"}});
+  ASSERT_FALSE(twice.ok());
+  EXPECT_EQ(twice.error().code, ErrorCode::Invalid);
+  EXPECT_EQ(twice.error().message, "--poses /odom/wheel: /odom/filtered says the same; name one of them");
+  const auto nothing = import(two_ways(), {.origin = kOrigin, .poses = {"/odom"}});
+  ASSERT_FALSE(nothing.ok());
+  EXPECT_EQ(nothing.error().message, "--poses /odom: the recording has no poses of that topic");
+  const auto no_origin = import(two_ways(), {.poses = {"/odom/wheel"}});
+  ASSERT_FALSE(no_origin.ok());
+  EXPECT_EQ(no_origin.error().message, "--poses /odom/wheel: its metres need an origin, see --origin");
+}
+
+TEST(PoseChoice, CountsTheMessagesThatCanBeUsed) {
+  const std::map<std::string, PoseTopic> found{{"/camera/imu", {"sensor_msgs/Imu", "camera", 0}},
+                                               {"/fix", {"sensor_msgs/NavSatFix", "gps", 10}},
+                                               {"/imu/data", {"sensor_msgs/Imu", "base", 100}},
+                                               {"/imu/other", {"sensor_msgs/Imu", "other", 100}}};
+  const auto chosen = apps::choose_pose(found, false, {});
+  ASSERT_TRUE(chosen.ok());
+  EXPECT_EQ(chosen->rank, drivers::RosPoseRank::Part);
+  EXPECT_EQ(chosen->topics, (std::vector<std::string>{"/fix", "/imu/data"})) << "of equal ones the first by name";
+  EXPECT_EQ(chosen->frame, "base");
+  EXPECT_EQ(chosen->not_used.at("/camera/imu"), "no message of it says an orientation");
+  const auto other = apps::choose_pose(found, false, {"/imu/other"});
+  ASSERT_TRUE(other.ok());
+  EXPECT_EQ(other->topics, (std::vector<std::string>{"/fix", "/imu/other"}));
+  EXPECT_EQ(other->frame, "other");
+}
+
+TEST(PoseChoice, OfEqualSolutionsTakesThatWithSigmas) {
+  const std::map<std::string, PoseTopic> found{{"/inspva", {"novatel_oem7_msgs/INSPVA", "ins", 100}},
+                                               {"/inspvax", {"novatel_oem7_msgs/INSPVAX", "ins", 100}},
+                                               {"/odom", {"nav_msgs/Odometry", "base", 1000}}};
+  const auto chosen = apps::choose_pose(found, true, {});
+  ASSERT_TRUE(chosen.ok());
+  EXPECT_EQ(chosen->topics, (std::vector<std::string>{"/inspvax"}));
+  EXPECT_EQ(chosen->not_used.at("/odom"), "the pose is that of /inspvax; --poses /odom takes this");
+  const auto wanted = apps::choose_pose(found, true, {"/odom"});
+  ASSERT_TRUE(wanted.ok());
+  EXPECT_EQ(wanted->rank, drivers::RosPoseRank::Local);
+  EXPECT_FALSE(apps::choose_pose(found, true, {"/odom", "/inspva"}).ok()) << "these are two poses";
+}
+
+TEST(PoseChoice, SaysWhatTheOtherHalfOfAPoseIs) {
+  const auto halves = apps::choose_pose({{"/imu", {"sensor_msgs/Imu", "imu", 5}}}, false, {});
+  ASSERT_TRUE(halves.ok());
+  EXPECT_EQ(halves->rank, drivers::RosPoseRank::None);
+  EXPECT_EQ(halves->not_used.at("/imu"), "its orientations need the positions of a sensor_msgs/NavSatFix");
+}
+
+TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 5; ++i) messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns, -1));
+  messages.push_back(odometry_message("/odom", kImported_ns, 0));
+  messages.push_back(odometry_message("/odom", kImported_ns + kTenth_ns, 1));
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/imu"), "not used: no message of it says an orientation");
+}
+
+}  // namespace
+}  // namespace hueline
