@@ -175,13 +175,18 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
     if (!topic.trouble.empty()) continue;
     if (Status done = transcriber.take(topic, *message); !done.ok()) return done.error();
   }
+  if (Status done = transcriber.finish(); !done.ok()) return done.error();
   if (Status closed = journal.close(); !closed.ok()) return closed.error();
   out.packets = journal.packets();
+  if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)
+    out.to_do.push_back("no pose could be made of the recording, see the table: a replay places no points");
   out.topics = std::move(files->topics);
   for (auto& one : out.topics) {
     const auto unread = transcriber.unread.find(one.topic.name);
     one.broken = unread == transcriber.unread.end() ? 0 : unread->second;
     one.refused = 0;
+    if (const std::string dropped = transcriber.dropped_of(one.topic); !dropped.empty())
+      out.became[one.topic.name] += dropped;
   }
   return out;
 }

@@ -1,5 +1,7 @@
 #include "apps/import/transcriber.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "drivers/ros/ros_image.hpp"
@@ -54,9 +56,7 @@ Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseC
 }
 
 Status Transcriber::take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  const bool is_pose =
-      drivers::pose_rank(topic.type) == from_.rank && std::ranges::find(from_.topics, topic.name) != from_.topics.end();
-  if (pos_ != kSystemSensor && is_pose) return take_pose(topic, message);
+  if (is_pose(topic)) return take_pose(topic, message);
   const auto id = ids_.find(topic.name);
   if (id == ids_.end()) return {};
   switch (sensors_[id->second - 1u].kind) {
@@ -72,11 +72,38 @@ Status Transcriber::take(const rosbag::BagTopic& topic, const rosbag::BagMessage
   return {};
 }
 
+Status Transcriber::finish() {
+  pose_.finish(logs_);
+  return write_logs();
+}
+
+bool Transcriber::is_pose(const rosbag::BagTopic& topic) const {
+  return pos_ != kSystemSensor && drivers::pose_rank(topic.type) == from_.rank &&
+         std::ranges::find(from_.topics, topic.name) != from_.topics.end();
+}
+
+std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
+  const auto found = pose_.dropped().find(topic.type);
+  if (!is_pose(topic) || found == pose_.dropped().end()) return {};
+  const drivers::RosPose::Dropped& dropped = found->second;
+  std::string out;
+  if (dropped.unplaced > 0)
+    out += fmt::format("; {} orientations are not between two positions that are at most {} s apart", dropped.unplaced,
+                       drivers::RosPoseJoiner::kLongestSpan / std::chrono::seconds(1));
+  if (dropped.late > 0) out += fmt::format("; {} messages are out of their order in time", dropped.late);
+  return out;
+}
+
 Status Transcriber::take_pose(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  logs_.clear();
   if (!pose_.take(topic.type, reader(topic, message), message.received, logs_)) ++unread[topic.name];
+  return write_logs();
+}
+
+Status Transcriber::write_logs() {
+  poses_ += logs_.size();
   for (const auto& one : logs_)
     if (Status done = journal_.add(pos_, one.received, one.bytes); !done.ok()) return done;
+  logs_.clear();
   return {};
 }
 

@@ -55,11 +55,21 @@ class Transcriber {
 
   /// Returns an error of the disk.
   Status take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
+  /// Writes what still waits for other messages. Call it after the last one. Returns an error of the disk.
+  Status finish();
+
+  /// Returns what is to be told of a topic besides `unread`: messages of poses that no pose was made of. Empty:
+  /// nothing.
+  std::string dropped_of(const rosbag::BagTopic& topic) const;
+  /// How many poses were made; of Oem7RawMsg the logs.
+  std::uint64_t poses() const { return poses_; }
 
   std::map<std::string, std::uint64_t> unread;  ///< messages that could not be used, by topic
 
  private:
+  bool is_pose(const rosbag::BagTopic& topic) const;
   Status take_pose(const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
+  Status write_logs();
   Status take_cloud(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
   Status take_image(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
   Status take_datagrams(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
@@ -74,6 +84,7 @@ class Transcriber {
   std::map<SensorId, std::uint32_t> images_;
   std::vector<drivers::RosDatagram> datagrams_;
   std::vector<drivers::RosPose::Logs> logs_;
+  std::uint64_t poses_ = 0;
 };
 
 }  // namespace hueline::apps

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <numbers>
+#include <utility>
 
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
@@ -18,7 +19,6 @@ constexpr std::uint32_t kSolutionGood = 3;
 // A receiver's log is expected to arrive this long after its time (HostClockModel::Config::arrival_latency), so logs
 // that are made here do.
 constexpr nanoseconds kLatency = std::chrono::milliseconds(3);
-constexpr std::size_t kMostTurns = 20'000;
 
 /// The bytes of one log.
 class Log {
@@ -92,7 +92,7 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
     case RosPoseRank::Local:
       return take_odometry(message, out);
     case RosPoseRank::Part:
-      return type == "sensor_msgs/Imu" ? take_imu(message) : take_fix(message, out);
+      return take_part(type, message, recorded, out);
     case RosPoseRank::None:
       break;
   }
@@ -130,44 +130,45 @@ bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Log
   return true;
 }
 
-bool RosPose::take_imu(RosReader in) {
-  const auto turn = take_orientation(in);
-  if (!turn) return false;
-  if (turns_.size() == kMostTurns) turns_.pop_front();
-  turns_.push_back(*turn);
+bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, std::vector<Logs>& out) {
+  bool is_used = false;
+  if (type == "sensor_msgs/Imu") {
+    const auto orientation = take_orientation(in);
+    if (!orientation) return false;
+    is_used = joiner_.add(*orientation, recorded);
+  } else {
+    const auto position = take_position(in);
+    if (!position) return false;
+    is_used = joiner_.add(*position, recorded);
+  }
+  if (!is_used) ++dropped_[std::string(type)].late;
+  give_joined(out);
   return true;
 }
 
-bool RosPose::take_fix(RosReader in, std::vector<Logs>& out) {
-  const auto fix = take_position(in);
-  if (!fix) return false;
-  const Pose now{fix->time, fix->place, {}, fix->sigma_enu};
-  const auto before = last_;
-  last_ = now;
-  if (!before || now.time <= before->time) return true;
-  const double span = to_seconds(now.time - before->time);
-  const Eigen::Vector3d a = to_ecef(before->place).xyz, step = to_ecef(now.place).xyz - a;
-  const Eigen::Vector3d velocity = ecef_from_enu(now.place).rotation.conjugate() * step / span;
-  while (!turns_.empty() && turns_.front().time <= now.time) {
-    const RosOrientation turn = turns_.front();
-    turns_.pop_front();
-    if (turn.time <= before->time) continue;
-    Pose pose = now;
-    pose.time = turn.time;
-    pose.place = to_geodetic({a + step * (to_seconds(turn.time - before->time) / span)});
-    pose.q_enu_flu = turn.q_enu_flu;
-    give(pose, velocity, out);
+void RosPose::give_joined(std::vector<Logs>& out) {
+  while (const auto one = joiner_.next()) {
+    const RosPosition& at = one->position;
+    give({at.time, at.place, one->orientation.q_enu_flu, at.sigma_enu}, one->velocity_enu, out);
   }
-  return true;
+  if (joiner_.unplaced() > 0) dropped_["sensor_msgs/Imu"].unplaced = joiner_.unplaced();
+}
+
+void RosPose::finish(std::vector<Logs>& out) {
+  joiner_.end();
+  give_joined(out);
 }
 
 bool RosPose::take_odometry(RosReader in, std::vector<Logs>& out) {
   const auto local = take_local_pose(in);
   if (!local || !origin_) return false;
   const Pose now{local->time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local->enu}), local->q_enu_flu, {}};
-  const auto before = last_;
-  last_ = now;
-  if (!before || now.time <= before->time) return true;
+  if (last_ && now.time <= last_->time) {
+    ++dropped_["nav_msgs/Odometry"].late;
+    return true;
+  }
+  const auto before = std::exchange(last_, now);
+  if (!before) return true;
   const Eigen::Vector3d step = to_ecef(now.place).xyz - to_ecef(before->place).xyz;
   give(now, ecef_from_enu(now.place).rotation.conjugate() * step / to_seconds(now.time - before->time), out);
   return true;

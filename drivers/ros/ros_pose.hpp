@@ -1,7 +1,9 @@
 #pragma once
 
-#include <deque>
+#include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "core/frames.hpp"
 #include "core/geodesy.hpp"
 #include "drivers/ros/ros_message.hpp"
+#include "drivers/ros/ros_pose_joiner.hpp"
 #include "drivers/ros/ros_pose_message.hpp"
 
 /// Positions and attitudes in messages of ROS, as the logs of a NovAtel receiver.
@@ -18,7 +21,7 @@ namespace hueline::drivers {
 /// taken as they are. Everything else becomes INSPVA, with INSSTDEV before it where sigmas are known:
 /// - INSPVA(X): the values as they are; the time is the receiver's, from nov_header.
 /// - NavSatFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
-///   interpolated. NavSatFix gives the height above the ellipsoid.
+///   interpolated (ros_pose_joiner.hpp). NavSatFix gives the height above the ellipsoid.
 /// - Odometry: metres east, north, up of the origin.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
 /// of the last two is header.stamp, taken for UTC.
@@ -30,11 +33,20 @@ class RosPose {
     UnixTime received{};
     Buffer bytes;
   };
+  /// Messages that are whole, and of which no pose was made.
+  struct Dropped {
+    std::uint64_t late = 0;      ///< their stamps went back, or are there already
+    std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan
+  };
   RosPose(RosPoseRank rank, std::optional<Geodetic> origin) : rank_(rank), origin_(origin) {}
 
   /// Takes a message of a type of the rank. Appends what it completes to `out`. Returns false if it is broken or says
   /// nothing that can be used.
   bool take(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
+  /// Appends what still waits for other messages. Call it after the last one.
+  void finish(std::vector<Logs>& out);
+  /// Returns what was dropped so far, by type of the message.
+  const std::map<std::string, Dropped>& dropped() const { return dropped_; }
 
  private:
   struct Pose {
@@ -44,15 +56,16 @@ class RosPose {
     std::optional<Eigen::Vector3d> sigma_enu;
   };
   bool take_solution(std::string_view type, RosReader message, std::vector<Logs>& out);
-  bool take_fix(RosReader message, std::vector<Logs>& out);
-  bool take_imu(RosReader message);
+  bool take_part(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
+  void give_joined(std::vector<Logs>& out);
   bool take_odometry(RosReader message, std::vector<Logs>& out);
   void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out) const;
 
   RosPoseRank rank_;
   std::optional<Geodetic> origin_;
   std::optional<Pose> last_;
-  std::deque<RosOrientation> turns_;  // between the last fix and the next
+  RosPoseJoiner joiner_;
+  std::map<std::string, Dropped> dropped_;
 };
 
 }  // namespace hueline::drivers

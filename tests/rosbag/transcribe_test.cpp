@@ -105,6 +105,7 @@ TEST(RosPose, JoinsPositionsWithOrientations) {
       << "a sensor that says that it has no orientation";
   ASSERT_TRUE(
       pose.take("sensor_msgs/NavSatFix", reader(fix(kBegin_ns + 1'000'000'000, 10, 20, 104)), UnixTime{}, logs));
+  pose.finish(logs);
   const auto solutions = all_of<InsSolution>(decoded(logs));
   ASSERT_EQ(solutions.size(), 3u);
   EXPECT_EQ(solutions[0].time, from_unix(UnixTime(nanoseconds(kBegin_ns + 250'000'000))));
