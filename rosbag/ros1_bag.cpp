@@ -8,6 +8,8 @@
 
 #include "core/input_file.hpp"
 #include "rosbag/bag.hpp"
+#include "rosbag/ros1_index.hpp"
+#include "rosbag/ros1_record.hpp"
 #include "storage/byte_order.hpp"
 #include "storage/compression.hpp"
 
@@ -19,48 +21,9 @@ using storage::ByteView;
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::uint64_t kLargestChunk = 512u << 20;  // uncompressed; a file that states more is damaged or hostile
-constexpr std::uint32_t kLargestHeader = 1u << 20;
+constexpr int kMostDetours = 1000;                   // a hostile index could lead around for long
 // All chunks together, as of an MCAP file: this number of bytes, or so many times the size of the file.
 constexpr std::uint64_t kUnpackedAnyway = std::uint64_t{8} << 30, kUnpackedShare = 64;
-
-/// What a record is.
-enum class Op : std::uint8_t { Message = 2, FileHeader = 3, Index = 4, Chunk = 5, ChunkInfo = 6, Connection = 7 };
-
-/// The fields of a record's header: "name=value", each behind its length.
-class Fields {
- public:
-  explicit Fields(ByteView header) {
-    ByteReader in(header);
-    while (in.ok() && in.remaining() > 0) {
-      const std::string field = in.take_string();
-      const auto equals = field.find('=');
-      if (!in.ok() || equals == std::string::npos) {
-        is_sound_ = false;
-        return;
-      }
-      values_[field.substr(0, equals)] = field.substr(equals + 1);
-    }
-  }
-  bool is_sound() const { return is_sound_; }
-  std::string text(const std::string& name) const {
-    const auto found = values_.find(name);
-    return found == values_.end() ? std::string() : found->second;
-  }
-  template <class T>
-  std::optional<T> number(const std::string& name) const {
-    const auto found = values_.find(name);
-    if (found == values_.end() || found->second.size() != sizeof(T)) return {};
-    return ByteReader(storage::as_bytes(found->second)).take<T>();
-  }
-  std::optional<Op> op() const {
-    const auto value = number<std::uint8_t>("op");
-    return value ? std::optional(static_cast<Op>(*value)) : std::nullopt;
-  }
-
- private:
-  std::map<std::string, std::string> values_;
-  bool is_sound_ = true;
-};
 
 Status unpack_bz2(ByteView packed, std::span<std::byte> out) {
   auto size = static_cast<unsigned>(out.size());
@@ -74,7 +37,8 @@ Status unpack_bz2(ByteView packed, std::span<std::byte> out) {
 }
 
 /// ROS 1's recording format, version 2.0: records of a header and data, each behind its length. Messages and the
-/// connections that describe them lie in chunks. The index is not needed. Source: the ROS wiki, Bags/Format/2.0.
+/// connections that describe them lie in chunks. The index at the end of the file is needed only behind damage. Source:
+/// the ROS wiki, Bags/Format/2.0.
 class Ros1Bag final : public Bag {
  public:
   explicit Ros1Bag(InputFile file)
@@ -104,9 +68,40 @@ class Ros1Bag final : public Bag {
     return *ended_;
   }
 
+  /// Goes on behind a place at which no record begins: nothing marks where records do, but the index at the end of the
+  /// file names the chunks. Returns what is to be told of it.
+  Error lost(const std::string& what) {
+    if (!index_) {
+      index_ = read_ros1_index(file_, index_at_);
+      for (const auto& [fields, data] : index_->connections) add_connection(fields, storage::as_bytes(data));
+    }
+    if (index_->chunks.contains(record_at_)) {  // it is the chunk itself that does not begin as a record
+      chunk_begin_ = record_at_;
+      is_chunk_whole_ = false;
+    }
+    std::uint64_t missing = 0;
+    if (const auto begun = index_->chunks.find(chunk_begin_); begun != index_->chunks.end() && !is_chunk_whole_)
+      missing = begun->second;
+    const std::string count = missing > 0 ? "; " + std::to_string(missing) + " messages are missing" : std::string();
+    // A length that was too large may have led past the beginning of the next chunk, but not past that of a whole one.
+    const auto next = index_->chunks.lower_bound(std::max(chunk_begin_ + 1, chunk_end_));
+    const bool is_all_read = next == index_->chunks.end() && index_->chunks.contains(chunk_begin_) && is_chunk_whole_;
+    if (is_all_read) {
+      at_ = file_.size();
+      return damaged(what + "; by the file's index no messages are behind it");
+    }
+    if (next == index_->chunks.end() || next->first >= file_.size() || ++detours_ > kMostDetours)
+      return end(ErrorCode::Truncated, what + count + "; the rest is not read");
+    const Error told = damaged(what + count + "; reading goes on with the chunk at byte " +
+                               std::to_string(next->first) + ", which the file's index names");
+    at_ = chunk_begin_ = next->first;
+    is_chunk_whole_ = false;
+    return told;
+  }
+
   /// Reads `size` bytes at the read position.
   Result<Buffer> read(std::uint64_t size) {
-    if (size > file_.size() - at_) return end(ErrorCode::Truncated, "the file ends inside a record: it was cut off");
+    if (size > file_.size() - at_) return lost("the file ends inside a record: it was cut off, or a length is wrong");
     MutableBuffer memory = pool_.acquire(static_cast<std::size_t>(size));
     if (Status done = file_.read(at_, memory.bytes()); !done.ok()) return end(done.error().code, done.error().message);
     at_ += size;
@@ -123,27 +118,36 @@ class Ros1Bag final : public Bag {
     if (at_ == file_.size()) return end(ErrorCode::EndOfData, "end of the recording");
     const auto header_size = read_length();
     if (!header_size.ok()) return header_size.error();
-    // Nothing marks the beginning of a record, so a broken length leaves nothing to go on with.
-    if (*header_size > kLargestHeader) return end(ErrorCode::Truncated, "no record begins here; the rest is not read");
+    if (*header_size > kLargestRos1Header) return lost("no record begins here");
     const auto header = read(*header_size);
     if (!header.ok()) return header.error();
     const auto data_size = read_length();
     if (!data_size.ok()) return data_size.error();
-    const Fields fields(header->bytes());
+    const Ros1Header fields(header->bytes());
     const auto op = fields.op();
-    if (!fields.is_sound() || !op) return end(ErrorCode::Truncated, "no record begins here; the rest is not read");
-    if (*op == Op::Index || *op == Op::ChunkInfo || *op == Op::FileHeader) {
-      if (*data_size > file_.size() - at_) return end(ErrorCode::Truncated, "the file ends inside a record");
+    if (!fields.is_sound() || !op) return lost("no record begins here");
+    if (*op == Ros1Op::Index || *op == Ros1Op::ChunkInfo || *op == Ros1Op::FileHeader) {
+      if (*op == Ros1Op::FileHeader) index_at_ = fields.number<std::uint64_t>("index_pos").value_or(0);
+      if (*data_size > file_.size() - at_)
+        return lost("the file ends inside a record: it was cut off, or a length is wrong");
       at_ += *data_size;
       return {};
     }
+    if (*op == Ros1Op::Chunk) {
+      chunk_begin_ = record_at_;
+      is_chunk_whole_ = false;
+    }
     const auto data = read(*data_size);
     if (!data.ok()) return data.error();
-    if (*op == Op::Chunk) return load_chunk(fields, *data);
+    if (*op == Ros1Op::Chunk) {
+      is_chunk_whole_ = true;  // what is broken in it is told by itself
+      chunk_end_ = at_;
+      return load_chunk(fields, *data);
+    }
     return take_record(*op, fields, *data, message);
   }
 
-  std::optional<Error> load_chunk(const Fields& fields, const Buffer& data) {
+  std::optional<Error> load_chunk(const Ros1Header& fields, const Buffer& data) {
     const std::string compression = fields.text("compression");
     const auto size = fields.number<std::uint32_t>("size");
     if (!size || *size > kLargestChunk) return damaged("a chunk without a size that can be true is skipped");
@@ -171,7 +175,7 @@ class Ros1Bag final : public Bag {
     ByteReader in(chunk_.bytes().subspan(chunk_at_));
     const ByteView header = in.take_bytes(in.take<std::uint32_t>());
     const ByteView data = in.take_bytes(in.take<std::uint32_t>());
-    const Fields fields(header);
+    const Ros1Header fields(header);
     const auto op = fields.op();
     if (!in.ok() || !fields.is_sound() || !op) {
       chunk_ = Buffer();
@@ -181,17 +185,20 @@ class Ros1Bag final : public Bag {
     return take_record(*op, fields, chunk_.part(chunk_at_ - data.size(), data.size()), message);
   }
 
-  std::optional<Error> take_record(Op op, const Fields& fields, const Buffer& data,
+  void add_connection(const Ros1Header& fields, ByteView data) {
+    const auto connection = fields.number<std::uint32_t>("conn");
+    if (!connection) return;
+    const Ros1Header about(data);
+    const auto index =
+        topics_.add({fields.text("topic"), drivers::ros_type(about.text("type")), drivers::RosEncoding::Ros1, {}});
+    if (index) by_connection_[*connection] = *index;
+  }
+
+  std::optional<Error> take_record(Ros1Op op, const Ros1Header& fields, const Buffer& data,
                                    std::optional<BagMessage>& message) {
     const auto connection = fields.number<std::uint32_t>("conn");
-    if (op == Op::Connection && connection) {
-      const Fields about(data.bytes());
-      const auto index =
-          topics_.add({fields.text("topic"), drivers::ros_type(about.text("type")), drivers::RosEncoding::Ros1, {}});
-      if (index) by_connection_[*connection] = *index;
-      return {};
-    }
-    if (op != Op::Message) return {};
+    if (op == Ros1Op::Connection) add_connection(fields, data.bytes());
+    if (op != Ros1Op::Message) return {};
     const auto time = fields.number<std::uint64_t>("time");  // seconds below, nanoseconds above
     const auto topic = connection ? by_connection_.find(*connection) : by_connection_.end();
     if (!time || topic == by_connection_.end())
@@ -204,6 +211,12 @@ class Ros1Bag final : public Bag {
   InputFile file_;
   BufferPool pool_;
   std::uint64_t at_, record_at_ = 0;
+  std::uint64_t index_at_ = 0;      // of the index at the end of the file; 0: it does not say
+  std::optional<Ros1Index> index_;  // once it was needed
+  std::uint64_t chunk_begin_ = 0;   // of the last chunk that was begun
+  std::uint64_t chunk_end_ = 0;     // of the last chunk that was read
+  bool is_chunk_whole_ = true;
+  int detours_ = 0;  // by the index
   Buffer chunk_;
   std::size_t chunk_at_ = 0;
   std::uint64_t unpacked_ = 0;
