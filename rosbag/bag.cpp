@@ -13,15 +13,16 @@ namespace {
 
 enum class Kind : std::uint8_t { None, Mcap, Sqlite, Ros1, Compressed };
 
-constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16}, kRos1Magic = "#ROSBAG V",
-                                                                  kZstdMagic = "\x28\xB5\x2F\xFD";
+// ROS 1 called its recordings otherwise before version 1.3.
+constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16},
+    kRos1Magic = "#ROSBAG V", kOldRos1Magic = "#ROSRECORD V", kZstdMagic = "\x28\xB5\x2F\xFD";
 
 Kind kind_of(std::string_view first, const std::filesystem::path& path) {
   const auto mcap =
       std::string_view(reinterpret_cast<const char*>(storage::kMcapMagic.data()), storage::kMcapMagic.size());
   if (first.starts_with(mcap)) return Kind::Mcap;
   if (first.starts_with(kSqliteMagic)) return Kind::Sqlite;
-  if (first.starts_with(kRos1Magic)) return Kind::Ros1;
+  if (first.starts_with(kRos1Magic) || first.starts_with(kOldRos1Magic)) return Kind::Ros1;
   const std::string name = path.filename().string();
   const bool is_named = name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd");
   return is_named && first.starts_with(kZstdMagic) ? Kind::Compressed : Kind::None;

@@ -111,7 +111,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   const auto begins = [&](std::string_view magic) { return std::string_view(head).substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
-  if (begins("#ROSBAG V"sv) || begins("SQLite format 3\0"sv)) return inspect_bag(path);
+  if (begins("#ROSBAG V"sv) || begins("#ROSRECORD V"sv) || begins("SQLite format 3\0"sv)) return inspect_bag(path);
   if (begins("LASF"sv)) return inspect_las(path);
   for (const auto magic :
        {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})

@@ -156,16 +156,21 @@ TEST(Bag, FilesOfOtherKindsAreRefusedWithTheReason) {
   const test::TemporaryFolder folder;
   test::write_file(folder / "text.db3", "not a database");
   test::write_file(folder / "old.bag", "#ROSBAG V1.2\n and more bytes");
+  test::write_file(folder / "older.bag", "#ROSRECORD V1.2\n and more bytes");
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((folder / "other.db3").c_str(), &database), SQLITE_OK);
   sqlite3_exec(database, "CREATE TABLE topics(id INTEGER); CREATE VIEW messages AS SELECT 1", nullptr, nullptr,
                nullptr);
   sqlite3_close(database);
   test::write_mcap(folder / "json.mcap", sample(), storage::Compression::None, "json");
-  for (const char* name : {"text.db3", "old.bag", "other.db3"}) {
+  for (const char* name : {"text.db3", "old.bag", "older.bag", "other.db3"}) {
     const auto bag = open_bag(folder / name);
     ASSERT_FALSE(bag.ok()) << name;
     EXPECT_EQ(bag.error().code, ErrorCode::Unsupported) << bag.error().message;
+  }
+  for (const char* name : {"old.bag", "older.bag"}) {
+    EXPECT_TRUE(rosbag::is_bag(folder / name)) << "no command may take it for another kind of file";
+    EXPECT_NE(open_bag(folder / name).error().message.find("rosbag fix"), std::string::npos);
   }
   EXPECT_FALSE(rosbag::is_bag(folder / "json.mcap")) << "its messages are not of ROS";
   EXPECT_FALSE(rosbag::is_bag(folder / "text.db3"));

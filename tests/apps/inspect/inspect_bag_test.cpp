@@ -73,5 +73,12 @@ TEST(InspectBag, ACutRecordingIsCountedAndTold) {
   EXPECT_FALSE(seen.trouble.ok());
 }
 
+TEST(InspectBag, SaysHowAnOldRecordingIsConverted) {
+  const std::string bag = "#ROSRECORD V1.2\nand more bytes";
+  const auto seen = apps::inspect_file(TemporaryFile("old.bag", std::as_bytes(std::span(bag))).path());
+  ASSERT_FALSE(seen.trouble.ok());
+  EXPECT_NE(seen.trouble.error().message.find("rosbag fix"), std::string::npos) << seen.trouble.error().message;
+}
+
 }  // namespace
 }  // namespace hueline
