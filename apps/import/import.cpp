@@ -48,11 +48,16 @@ int import_recording(const ImportCommandOptions& options) {
     return done.error().code == ErrorCode::Io ? kOutputRefused : kInputUnreadable;
   }
   std::fputs(topic_table(done->topics, done->became).c_str(), stdout);
-  fmt::print("{}/drive.mcap: {} packets; {}/rig.yaml describes their sensors\n", options.out, done->packets,
-             options.out);
+  if (done->made.ok())
+    fmt::print("{}/drive.mcap: {} packets; {}/rig.yaml describes their sensors\n", options.out, done->packets,
+               options.out);
   for (const std::string& one : done->to_do) log_warning("{}", one);
   if (done->damages > 0) log_error("{} damaged parts were skipped; the first: {}", done->damages, done->first_damage);
   if (!done->end.ok()) log_error(done->end.error().message);
+  if (!done->made.ok()) {
+    log_error(done->made.error().message);
+    return kInputUnreadable;
+  }
   if (done->packets == 0) return kNothingCame;
   return done->damages > 0 || !done->end.ok() ? kInputUnreadable : kDone;
 }

@@ -141,14 +141,22 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   for (const auto& [topic, facts] : survey->facts) out.became[topic] = "the lens of a camera";
   out.became.insert(sensors.became().begin(), sensors.became().end());
   out.to_do = sensors.to_do();
-  if (sensors.sensors().empty())
-    return Error{ErrorCode::Unsupported, options.bag + ": no topic of it can be used; hueline inspect lists them"};
+  out.topics = std::move(files->topics);
+  if (sensors.sensors().empty()) {
+    // The table of topics says why: without it nobody knows what would help.
+    out.damages = files->damages;
+    out.first_damage = files->first_damage;
+    out.end = files->end;
+    out.made = Error{ErrorCode::Unsupported, options.bag + ": no topic of it can be used; the table says why"};
+    return out;
+  }
 
   config::Rig rig;
   try {
     rig = config::parse_rig(sensors.text(), (options.out / "rig.yaml").string());
   } catch (const config::ConfigError& e) {
-    return Error{ErrorCode::Unsupported, fmt::format("what the recording says makes no rig: {}", e.what())};
+    out.made = Error{ErrorCode::Unsupported, fmt::format("what the recording says makes no rig: {}", e.what())};
+    return out;
   }
   if (Status done = write_output(options.out / "rig.yaml", rig.text); !done.ok()) return done.error();
   storage::JournalHeader header = runtime::journal_header(rig);
@@ -180,7 +188,6 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   out.packets = journal.packets();
   if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)
     out.to_do.push_back("no pose could be made of the recording, see the table: a replay places no points");
-  out.topics = std::move(files->topics);
   for (auto& one : out.topics) {
     const auto unread = transcriber.unread.find(one.topic.name);
     one.broken = unread == transcriber.unread.end() ? 0 : unread->second;

@@ -29,7 +29,8 @@ struct ImportedBag {
   std::uint64_t packets = 0;
   std::uint64_t damages = 0;
   std::string first_damage;
-  Status end;  ///< why the recording could not be read to its end
+  Status end;   ///< why the recording could not be read to its end
+  Status made;  ///< Unsupported: why no drive was made; the topics say what each lacks
 };
 
 /// Makes a drive of a recording of ROS: `out`/drive.mcap, whose packets are those of the devices that hueline knows,
@@ -42,7 +43,7 @@ struct ImportedBag {
 /// - Mountings are those of /tf_static and of what stays the same in /tf, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
 /// recorder's time stands in where there is none. A cloud counts as received at its last point.
-/// Errors: those of rosbag::open_bag(); Unsupported if no topic can be used; Invalid if `clouds` names a topic that has
+/// Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that has
 /// none, or `poses` one that cannot be used; Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 

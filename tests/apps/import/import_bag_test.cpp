@@ -141,5 +141,18 @@ TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
   EXPECT_EQ(done->became.at("/imu"), "not used: no message of it says an orientation");
 }
 
+TEST_F(ImportBag, SaysOfEachTopicWhyNothingCouldBeTaken) {
+  const auto done = import({odometry_message("/odom", kImported_ns, 0),
+                            imu_message("/imu", kImported_ns),
+                            {"/text", "std_msgs/String", kImported_ns, "text"}});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  ASSERT_FALSE(done->made.ok());
+  EXPECT_EQ(done->made.error().code, ErrorCode::Unsupported);
+  EXPECT_EQ(done->topics.size(), 3u);
+  EXPECT_EQ(done->became.at("/odom"), "not used: its metres need an origin, see --origin");
+  EXPECT_EQ(done->became.at("/imu"), "not used: its orientations need the positions of a sensor_msgs/NavSatFix");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "drive/drive.mcap"));
+}
+
 }  // namespace
 }  // namespace hueline

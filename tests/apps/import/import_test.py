@@ -130,7 +130,7 @@ def moving_frames(ns):
     return frames(ns, ("odom", "base_link", (way(ns), 0, 0), (0, 0, 0, 1)), ("base_link", "camera", (0, 0, CAMERA_UP), (-half, 0, 0, half)))
 
 
-def make_bag(path):
+def make_bag(path, only=None):
     topics = {"/points": "sensor_msgs/msg/PointCloud2", "/inspvax": "novatel_oem7_msgs/msg/INSPVAX", "/left/image_raw": "sensor_msgs/msg/Image",
               "/left/camera_info": "sensor_msgs/msg/CameraInfo", "/tf_static": "tf2_msgs/msg/TFMessage",
               "/tf": "tf2_msgs/msg/TFMessage", "/chatter": "my_msgs/msg/Chatter"}
@@ -144,11 +144,15 @@ def make_bag(path):
         messages.append((ns + 103_000_000, "/points", cloud(ns)))
         messages.append((ns + 67_000_000, "/left/image_raw", image(ns + 37_000_000)))
         messages.append((ns + 67_000_000, "/left/camera_info", calibration(ns + 37_000_000)))
+    if only:
+        messages = [one for one in messages if one[1] in only]
     db = sqlite3.connect(path)
     db.execute("create table topics(id integer primary key, name text, type text, serialization_format text, offered_qos_profiles text)")
     db.execute("create table messages(id integer primary key, topic_id int, timestamp int, data blob)")
     ids = {}
     for number, (name, kind) in enumerate(topics.items(), 1):
+        if only and name not in only:
+            continue
         db.execute("insert into topics values(?,?,?,?,?)", (number, name, kind, "cdr", ""))
         ids[name] = number
     for ns, name, data in sorted(messages, key=lambda one: one[0]):
@@ -181,6 +185,10 @@ with tempfile.TemporaryDirectory() as work:
     assert "--clouds does not name it" not in said
     run("import", "world.db3", "--out", "other", "--clouds", "/chatter", status=2)
     assert run("import", "world.db3", "--out", "named", "--clouds", "/points") == said.replace("drive/", "named/")
+    # Of a recording of which nothing can be taken, the table says why.
+    make_bag("nothing.db3", only=("/chatter",))
+    nothing = run("import", "nothing.db3", "--out", "nothing", status=3)
+    assert "/chatter" in nothing and "the table says why" in nothing, nothing
     rig = open("drive/rig.yaml").read()
     assert "the tree of frames: mountings of the rig" in said and rig.count("by the recording's tree of frames") == 2, said + rig
     assert "driver: ros_cloud" in rig and "time_field: 'time'" in rig and "time_unit: s" in rig, rig
