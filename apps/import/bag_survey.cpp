@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/calendar.hpp"
 #include "drivers/ros/ros_datagrams.hpp"
 #include "drivers/ros/ros_image.hpp"
 
@@ -83,7 +84,7 @@ class Surveyor {
       out.tree.take(in, topic.name.ends_with("tf_static"));
       return;
     }
-    if (drivers::pose_rank(topic.type) != drivers::RosPoseRank::None) return take_pose(topic.name, topic.type, in);
+    if (drivers::pose_rank(topic.type) != drivers::RosPoseRank::None) return take_pose(topic, message.received, in);
     if (drivers::have_header(topic.type))
       out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
   }
@@ -101,14 +102,21 @@ class Surveyor {
     }
     camera = {image->format, without_slash(image->header.frame), image->width, image->height, {}};
   }
-  void take_pose(const std::string& name, const std::string& type, RosReader in) {
-    const auto [known, is_new] = out.poses.try_emplace(name, PoseTopic{type, {}, 0});
+  void take_pose(const rosbag::BagTopic& topic, UnixTime received, RosReader in) {
+    const auto [known, is_new] = out.poses.try_emplace(topic.name, PoseTopic{topic.type, {}});
     PoseTopic& pose = known->second;
-    if (pose.type != type) return;  // ROS does not allow a second type under one name
-    if (drivers::pose_stamp(type, in)) ++pose.usable;
+    if (pose.type != topic.type) return;  // ROS does not allow a second type under one name
+    if (const auto stamp = drivers::pose_stamp(topic.type, in)) {
+      const UnixTime time = count_ns(*stamp) == 0 ? received : *stamp;
+      ++pose.usable;
+      if (time < to_unix(GpsTime())) ++pose.before_gps;
+      pose.begin = std::min(pose.begin.value_or(time), time);
+      pose.delay = std::min(pose.delay.value_or(received - time), received - time);
+    }
     if (!is_new) return;
     std::string frame = in.take_header().frame;
-    if (drivers::pose_rank(type) == drivers::RosPoseRank::Local) frame = in.take_string();  // the child of the pose
+    if (drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local)
+      frame = in.take_string();  // the child of the pose
     pose.frame = without_slash(frame);
   }
 

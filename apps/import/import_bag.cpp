@@ -8,6 +8,7 @@
 
 #include "apps/import/bag_survey.hpp"
 #include "apps/import/import_rig.hpp"
+#include "apps/import/pose_choice.hpp"
 #include "apps/import/transcriber.hpp"
 #include "apps/inspect/capture_devices.hpp"
 #include "config/rig.hpp"
@@ -54,13 +55,15 @@ Buffer description_of(const fs::path& pcap, const std::string& metadata) {
   return first.ok() ? first->bytes : Buffer();
 }
 
-/// Returns GPS time minus Unix time at the first message of the recording.
-Result<std::chrono::seconds> offset_of(const std::string& path) {
+/// Returns GPS time minus header.stamp as Unix time, at the first message of the recording. `shift` is added to stamps.
+Result<std::chrono::seconds> offset_of(const std::string& path, nanoseconds shift) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return bag.error();
   const auto first = (*bag)->next();
-  const UnixTime at = first.ok() ? first->received : UnixTime(std::chrono::seconds(1'700'000'000));
-  return std::chrono::duration_cast<std::chrono::seconds>(from_unix(at).time_since_epoch() - at.time_since_epoch());
+  UnixTime at = first.ok() ? first->received : UnixTime(std::chrono::seconds(1'700'000'000));
+  if (shift != nanoseconds(0)) at = kSimulatorBegin;  // the recorder's clock may be another one
+  const nanoseconds offset = from_unix(at).time_since_epoch() - at.time_since_epoch() + shift;
+  return std::chrono::duration_cast<std::chrono::seconds>(offset);
 }
 
 /// Adds the scanners whose packets are in `files`, and copies the metadata of Ousters to `folder`. Returns Io.
@@ -112,11 +115,11 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (!files.ok()) return files.error();
   const auto survey = survey_bag(options.bag);
   if (!survey.ok()) return survey.error();
-  const auto offset = offset_of(options.bag);
-  if (!offset.ok()) return offset.error();
 
   const auto pose = choose_pose(survey->poses, options.origin.has_value(), options.poses);
   if (!pose.ok()) return pose.error();
+  const auto offset = offset_of(options.bag, pose->shift);
+  if (!offset.ok()) return offset.error();
 
   ImportedBag out;
   ImportRig sensors(*survey, *pose);
@@ -140,7 +143,6 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   }
   for (const auto& [topic, facts] : survey->facts) out.became[topic] = "the lens of a camera";
   out.became.insert(sensors.became().begin(), sensors.became().end());
-  out.to_do = sensors.to_do();
   out.topics = std::move(files->topics);
   if (sensors.sensors().empty()) {
     // The table of topics says why: without it nobody knows what would help.
@@ -151,6 +153,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
     return out;
   }
 
+  out.to_do = sensors.to_do();
   config::Rig rig;
   try {
     rig = config::parse_rig(sensors.text(), (options.out / "rig.yaml").string());

@@ -42,9 +42,9 @@ struct ImportedBag {
 /// - The best pose (choose_pose()) becomes logs of a NovAtel receiver (drivers/ros/ros_pose.hpp).
 /// - Mountings are those of /tf_static and of what stays the same in /tf, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
-/// recorder's time stands in where there is none. A cloud counts as received at its last point.
-/// Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that has
-/// none, or `poses` one that cannot be used; Io.
+/// recorder's time stands in where there is none. Stamps of a simulator are counted from kSimulatorBegin. A cloud
+/// counts as received at its last point. Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that
+/// has none, or `poses` one that cannot be used; Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 
 }  // namespace hueline::apps

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/calendar.hpp"
+
 namespace hueline::apps {
 namespace {
 
@@ -72,15 +74,23 @@ void ImportRig::add_pose() {
     return;
   }
   for (const std::string& topic : pose_.topics) became_[topic] = "sensor pos";
-  const bool is_by_stamp = pose_.rank == drivers::RosPoseRank::Part || pose_.rank == drivers::RosPoseRank::Local;
-  if (is_by_stamp)
+  const bool is_simulated = pose_.shift != nanoseconds(0);
+  if (is_simulated)
+    to_do_.push_back(
+        fmt::format("the stamps of the poses begin {:.3f} s after 1970, so they are those of a simulator. They are "
+                    "counted from {}: the dates of the drive are not true, the times within it are",
+                    to_seconds(pose_.begin.time_since_epoch()), iso_utc(from_unix(kSimulatorBegin))));
+  else if (pose_.is_by_stamp)
     to_do_.push_back(
         "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
   sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
-  sensors_.back().yaml = fmt::format(
-      "  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n", sensors_.back().name,
-      fmt::join(pose_.topics, ", "), is_by_stamp ? "; its times are header.stamp, NOT KNOWN how late" : "");
+  sensors_.back().yaml =
+      fmt::format("  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n",
+                  sensors_.back().name, fmt::join(pose_.topics, ", "),
+                  is_simulated        ? "; its times are header.stamp of a simulator, counted from 2020-01-01"
+                  : pose_.is_by_stamp ? "; its times are header.stamp, NOT KNOWN how late"
+                                      : "");
 }
 
 void ImportRig::add_scanner(const rosbag::TopicCount& topic, const CaptureDevice& device, const std::string& metadata,
@@ -135,13 +145,16 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
   const std::string name = free_name(rosbag::plain_name(topic));
   ImportedSensor sensor{name, topic, fmt::format("  - name: {}  # {}\n", name, topic), ImportedSensor::Kind::Cloud};
   sensor.times = cloud.config->times;
-  if (cloud.delay && std::chrono::abs(*cloud.delay) > kSameClock) {
-    sensor.stamp_shift = *cloud.delay;
+  // Stamps of poses may be on another clock than the recorder, as a simulator's are. Then the clouds belong to theirs.
+  const bool is_pose_apart = pose_.is_by_stamp && std::chrono::abs(pose_.delay) > kSameClock;
+  const nanoseconds apart = cloud.delay.value_or(nanoseconds(0)) - (is_pose_apart ? pose_.delay : nanoseconds(0));
+  if (cloud.delay && std::chrono::abs(apart) > kSameClock) {
+    sensor.stamp_shift = apart;
     to_do_.push_back(
-        fmt::format("{}: its stamps are {:.3f} s from the recorder's times, so they are of another clock. The shortest "
+        fmt::format("{}: its stamps are {:.3f} s from {}, so they are of another clock. The shortest "
                     "of these delays is taken for the difference of the clocks: the points are late by the part of it "
                     "that the way to the recorder took",
-                    name, to_seconds(*cloud.delay)));
+                    name, to_seconds(apart), is_pose_apart ? "those of the poses" : "the recorder's times"));
   }
   if (cloud.config->stamp_is_enough)
     to_do_.push_back(
@@ -159,11 +172,12 @@ void ImportRig::add_camera(const std::string& topic, const BagSurvey::Camera& ca
       {name, topic,
        fmt::format(
            "  - name: {0}  # {1}\n    driver: v4l2\n    device: /dev/video0\n    width: {2}\n    height: {3}\n"
-           "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is UTC since 1970\n"
+           "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is {7}\n"
            "    stamp_event: exposure_start\n    stamp_sigma_us: {6}  # NOT KNOWN: how far header.stamp is from "
            "that\n"
            "    latency_min_ms: 0\n    latency_max_ms: 200\n",
-           name, topic, camera.width, camera.height, camera.format, offset.count(), kImageStampSigma_us),
+           name, topic, camera.width, camera.height, camera.format, offset.count(), kImageStampSigma_us,
+           pose_.shift == nanoseconds(0) ? "UTC since 1970" : "a simulator's, counted from 2020-01-01"),
        ImportedSensor::Kind::Camera});
   became_[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
   lenses_ += lens(name, topic, camera);

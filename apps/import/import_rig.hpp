@@ -39,7 +39,7 @@ class ImportRig {
   /// Adds the point clouds of the topics `wanted`; if there are none, the best of each frame whose scanner is not there
   /// yet. Call it after all add_scanner().
   void add_clouds(const std::vector<std::string>& wanted);
-  /// `offset` is GPS time minus Unix time.
+  /// `offset` is GPS time minus the time of the stamps.
   void add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset);
 
   std::string text() const;

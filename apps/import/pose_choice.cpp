@@ -77,6 +77,26 @@ Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, b
   return named.begin()->first.first;
 }
 
+/// Learns from the topics that were chosen which clock their stamps are of.
+void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out) {
+  out.is_by_stamp = out.rank == RosPoseRank::Part || out.rank == RosPoseRank::Local;
+  if (!out.is_by_stamp) return;
+  std::uint64_t usable = 0, before_gps = 0;
+  std::optional<UnixTime> begin;
+  std::optional<nanoseconds> delay;
+  for (const std::string& name : out.topics) {
+    const PoseTopic& topic = found.at(name);
+    usable += topic.usable;
+    before_gps += topic.before_gps;
+    if (topic.begin) begin = std::min(begin.value_or(*topic.begin), *topic.begin);
+    if (topic.delay) delay = std::min(delay.value_or(*topic.delay), *topic.delay);
+  }
+  out.begin = begin.value_or(UnixTime());
+  out.delay = delay.value_or(nanoseconds(0));
+  // A few such stamps are of a computer that did not know the time yet, and are told as not used.
+  if (2 * before_gps > usable) out.shift = kSimulatorBegin.time_since_epoch();
+}
+
 }  // namespace
 
 Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
@@ -97,6 +117,7 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
     if (kind != kPositions) out.frame = found.at(name).frame;
   }
   out.topics.assign(taken.begin(), taken.end());
+  learn_clock(found, out);
   for (const auto& [name, topic] : found) {
     if (taken.contains(name)) continue;
     std::string why = why_useless(topic, best, has_origin);

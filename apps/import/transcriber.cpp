@@ -44,7 +44,7 @@ Status OrderedJournal::write() {
 
 Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose,
                          std::optional<Geodetic> origin, OrderedJournal& journal)
-    : sensors_(sensors), from_(pose), pose_(pose.rank, origin), journal_(journal) {
+    : sensors_(sensors), from_(pose), pose_(pose.rank, origin, pose.shift), journal_(journal) {
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const auto id = static_cast<SensorId>(i + 1);
     if (sensors[i].kind == ImportedSensor::Kind::Pose)
@@ -90,6 +90,10 @@ std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
   if (dropped.unplaced > 0)
     out += fmt::format("; {} orientations are not between two positions that are at most {} s apart", dropped.unplaced,
                        drivers::RosPoseJoiner::kLongestSpan / std::chrono::seconds(1));
+  if (dropped.alone > 0) out += "; a single message has no velocity";
+  if (dropped.of_other_clock > 0)
+    out += fmt::format("; {} messages have stamps of another clock, {} 1980", dropped.of_other_clock,
+                       from_.shift == nanoseconds(0) ? "before" : "after");
   if (dropped.late > 0) out += fmt::format("; {} messages are out of their order in time", dropped.late);
   return out;
 }

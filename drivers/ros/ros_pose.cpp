@@ -90,7 +90,7 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
     case RosPoseRank::Solution:
       return take_solution(type, message, out);
     case RosPoseRank::Local:
-      return take_odometry(message, out);
+      return take_odometry(message, recorded, out);
     case RosPoseRank::Part:
       return take_part(type, message, recorded, out);
     case RosPoseRank::None:
@@ -130,15 +130,26 @@ bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Log
   return true;
 }
 
+/// Replaces a stamp that is missing. Returns whether it is on the clock that is read, and counts it if it is not.
+bool RosPose::settle(UnixTime& stamp, UnixTime recorded, std::string_view type) {
+  if (count_ns(stamp) == 0) stamp = recorded;  // the driver did not stamp
+  const bool is_simulated = shift_ != nanoseconds(0);
+  if ((stamp < to_unix(GpsTime())) == is_simulated) return true;
+  ++dropped_[std::string(type)].of_other_clock;
+  return false;
+}
+
 bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, std::vector<Logs>& out) {
   bool is_used = false;
   if (type == "sensor_msgs/Imu") {
-    const auto orientation = take_orientation(in);
+    auto orientation = take_orientation(in);
     if (!orientation) return false;
+    if (!settle(orientation->time, recorded, type)) return true;
     is_used = joiner_.add(*orientation, recorded);
   } else {
-    const auto position = take_position(in);
+    auto position = take_position(in);
     if (!position) return false;
+    if (!settle(position->time, recorded, type)) return true;
     is_used = joiner_.add(*position, recorded);
   }
   if (!is_used) ++dropped_[std::string(type)].late;
@@ -159,18 +170,25 @@ void RosPose::finish(std::vector<Logs>& out) {
   give_joined(out);
 }
 
-bool RosPose::take_odometry(RosReader in, std::vector<Logs>& out) {
-  const auto local = take_local_pose(in);
+bool RosPose::take_odometry(RosReader in, UnixTime recorded, std::vector<Logs>& out) {
+  auto local = take_local_pose(in);
   if (!local || !origin_) return false;
+  if (!settle(local->time, recorded, "nav_msgs/Odometry")) return true;
   const Pose now{local->time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local->enu}), local->q_enu_flu, {}};
   if (last_ && now.time <= last_->time) {
     ++dropped_["nav_msgs/Odometry"].late;
     return true;
   }
   const auto before = std::exchange(last_, now);
-  if (!before) return true;
+  if (!before) {
+    ++dropped_["nav_msgs/Odometry"].alone;
+    return true;
+  }
   const Eigen::Vector3d step = to_ecef(now.place).xyz - to_ecef(before->place).xyz;
-  give(now, ecef_from_enu(now.place).rotation.conjugate() * step / to_seconds(now.time - before->time), out);
+  const Eigen::Vector3d velocity =
+      ecef_from_enu(now.place).rotation.conjugate() * step / to_seconds(now.time - before->time);
+  if (std::exchange(dropped_["nav_msgs/Odometry"].alone, 0) > 0) give(*before, velocity, out);
+  give(now, velocity, out);
   return true;
 }
 
@@ -179,7 +197,7 @@ void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vecto
   const Eigen::Quaterniond flu_from_body = portable::rotation_about(Eigen::Vector3d::UnitZ(), -std::numbers::pi / 2);
   const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);
   Pva pva;
-  pva.time = from_unix(pose.time);
+  pva.time = from_unix(pose.time + shift_);
   pva.place = {pose.place.latitude / kDegree, pose.place.longitude / kDegree, pose.place.ellipsoidal_height};
   pva.velocity = {velocity.y(), velocity.x(), velocity.z()};
   pva.angles = {attitude.roll / kDegree, attitude.pitch / kDegree, attitude.heading / kDegree};

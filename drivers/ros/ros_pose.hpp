@@ -24,7 +24,8 @@ namespace hueline::drivers {
 ///   interpolated (ros_pose_joiner.hpp). NavSatFix gives the height above the ellipsoid.
 /// - Odometry: metres east, north, up of the origin.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
-/// of the last two is header.stamp, taken for UTC.
+/// of the last two is header.stamp, taken for UTC, or the recorder's time if header.stamp is 0. The velocity of
+/// Odometry is that from the message before; the first one has that of the second.
 /// Thread safety: none.
 class RosPose {
  public:
@@ -35,10 +36,15 @@ class RosPose {
   };
   /// Messages that are whole, and of which no pose was made.
   struct Dropped {
-    std::uint64_t late = 0;      ///< their stamps went back, or are there already
+    std::uint64_t late = 0;            ///< their stamps went back, or are there already
+    std::uint64_t of_other_clock = 0;  ///< their stamps lie on the other side of the begin of GPS time
     std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan
+    std::uint64_t alone = 0;     ///< a pose of Odometry without a second one: it has no velocity
   };
-  RosPose(RosPoseRank rank, std::optional<Geodetic> origin) : rank_(rank), origin_(origin) {}
+  /// `shift` is added to the times of Odometry, NavSatFix and Imu in the logs, not to when these count as received.
+  /// Without it, stamps before the begin of GPS time are not used; with it, only they are.
+  RosPose(RosPoseRank rank, std::optional<Geodetic> origin, nanoseconds shift = nanoseconds(0))
+      : rank_(rank), origin_(origin), shift_(shift) {}
 
   /// Takes a message of a type of the rank. Appends what it completes to `out`. Returns false if it is broken or says
   /// nothing that can be used.
@@ -58,11 +64,13 @@ class RosPose {
   bool take_solution(std::string_view type, RosReader message, std::vector<Logs>& out);
   bool take_part(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
   void give_joined(std::vector<Logs>& out);
-  bool take_odometry(RosReader message, std::vector<Logs>& out);
+  bool take_odometry(RosReader message, UnixTime recorded, std::vector<Logs>& out);
+  bool settle(UnixTime& stamp, UnixTime recorded, std::string_view type);
   void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out) const;
 
   RosPoseRank rank_;
   std::optional<Geodetic> origin_;
+  nanoseconds shift_;
   std::optional<Pose> last_;
   RosPoseJoiner joiner_;
   std::map<std::string, Dropped> dropped_;

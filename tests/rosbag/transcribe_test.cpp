@@ -129,10 +129,33 @@ TEST(RosPose, PlacesLocalMetresAtTheirOrigin) {
     ASSERT_TRUE(pose.take("nav_msgs/Odometry", reader(message), UnixTime{}, logs));
   }
   const auto solutions = all_of<InsSolution>(decoded(logs));
-  ASSERT_EQ(solutions.size(), 1u);
-  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 106, 1e-6);
-  EXPECT_NEAR(solutions[0].position.latitude, origin.latitude, 1e-12);
-  EXPECT_NEAR(solutions[0].velocity_enu.z(), 10, 1e-6);
+  ASSERT_EQ(solutions.size(), 2u) << "the first waits for the velocity";
+  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 105, 1e-6);
+  EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 106, 1e-6);
+  EXPECT_NEAR(solutions[1].position.latitude, origin.latitude, 1e-12);
+  for (const InsSolution& one : solutions) EXPECT_NEAR(one.velocity_enu.z(), 10, 1e-6);
+}
+
+TEST(RosPose, CountsTheTimeOfASimulatorFromADate) {
+  const nanoseconds shift = std::chrono::seconds(1'577'836'800);
+  RosPose pose(RosPoseRank::Part, {}, shift);
+  std::vector<RosPose::Logs> logs;
+  const auto ms = [](std::int64_t count) { return count * 1'000'000; };
+  const auto take = [&](const char* type, const test::RosWriter& message, std::int64_t recorded_ms) {
+    return pose.take(type, reader(message), UnixTime(nanoseconds(ms(recorded_ms))), logs);
+  };
+  ASSERT_TRUE(take("sensor_msgs/NavSatFix", fix(ms(1000), 10, 20, 100), 1000));
+  ASSERT_TRUE(take("sensor_msgs/Imu", imu(ms(1500), {0, 0, 0, 1}), 1500));
+  ASSERT_TRUE(take("sensor_msgs/Imu", imu(0, {0, 0, 0, 1}), 1600)) << "without a stamp it has the recorder's time";
+  ASSERT_TRUE(take("sensor_msgs/Imu", imu(kBegin_ns, {0, 0, 0, 1}), 1700));
+  ASSERT_TRUE(take("sensor_msgs/NavSatFix", fix(ms(2000), 10, 20, 104), 2000));
+  pose.finish(logs);
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 2u);
+  EXPECT_EQ(solutions[0].time, from_unix(UnixTime(shift + nanoseconds(ms(1500)))));
+  EXPECT_EQ(count_ns(solutions[0].received), ms(1503));
+  EXPECT_EQ(solutions[1].time, from_unix(UnixTime(shift + nanoseconds(ms(1600)))));
+  EXPECT_EQ(pose.dropped().at("sensor_msgs/Imu").of_other_clock, 1u);
 }
 
 TEST(RosImage, GivesThePixelsAndTheTime) {

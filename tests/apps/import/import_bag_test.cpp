@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/import/import_bag.hpp"
+#include "apps/import/pose_choice.hpp"
 #include "apps/inspect/inspect.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -139,6 +140,37 @@ TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
   const auto done = import(messages, {.origin = kOrigin});
   ASSERT_TRUE(done.ok()) << done.error().message;
   EXPECT_EQ(done->became.at("/imu"), "not used: no message of it says an orientation");
+}
+
+TEST_F(ImportBag, CountsTheTimesOfASimulatorFromAStatedDate) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) messages.push_back(odometry_message("/odom", 47'000'000'000 + i * kTenth_ns, 0.1 * i));
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  ASSERT_FALSE(done->to_do.empty());
+  EXPECT_EQ(
+      done->to_do[0],
+      "the stamps of the poses begin 47.000 s after 1970, so they are those of a simulator. They are counted from "
+      "2020-01-01T00:00:00.000Z: the dates of the drive are not true, the times within it are");
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 20) << "all of them, the first one too";
+}
+
+TEST_F(ImportBag, AClockThatWasNotSetYetIsNotASimulators) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i)
+    messages.push_back(odometry_message("/odom", (i < 3 ? 5'000'000'000 : kImported_ns) + i * kTenth_ns, 0.1 * i));
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom"), "sensor pos; 3 messages have stamps of another clock, before 1980");
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 17);
+}
+
+TEST_F(ImportBag, SaysThatOfTheMessagesNoPoseCouldBeMade) {
+  const auto done = import({odometry_message("/odom", kImported_ns, 0)}, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->packets, 0u);
+  EXPECT_EQ(done->became.at("/odom"), "sensor pos; a single message has no velocity");
+  EXPECT_EQ(done->to_do.back(), "no pose could be made of the recording, see the table: a replay places no points");
 }
 
 TEST_F(ImportBag, SaysOfEachTopicWhyNothingCouldBeTaken) {

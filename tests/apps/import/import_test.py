@@ -87,6 +87,12 @@ def pose(ns):
     return out.put("I", 0).put("H", 0).data
 
 
+def odometry(ns):
+    """The same as pose() by a simulator: metres from an origin, and no date."""
+    half = math.sqrt(0.5)
+    return Cdr().header(ns, "odom").text("base_link").put("d", 0, way(ns), 0).put("d", 0, 0, half, half).put("d", *[0] * 36).data
+
+
 def cloud(ns):
     """A turn of 0.1 s, during which the vehicle drives on: each point is where the scanner sees it at its own time."""
     points, count = bytearray(), 0
@@ -130,15 +136,18 @@ def moving_frames(ns):
     return frames(ns, ("odom", "base_link", (way(ns), 0, 0), (0, 0, 0, 1)), ("base_link", "camera", (0, 0, CAMERA_UP), (-half, 0, 0, half)))
 
 
-def make_bag(path, only=None):
+def make_bag(path, only=None, is_simulated=False):
     topics = {"/points": "sensor_msgs/msg/PointCloud2", "/inspvax": "novatel_oem7_msgs/msg/INSPVAX", "/left/image_raw": "sensor_msgs/msg/Image",
               "/left/camera_info": "sensor_msgs/msg/CameraInfo", "/tf_static": "tf2_msgs/msg/TFMessage",
               "/tf": "tf2_msgs/msg/TFMessage", "/chatter": "my_msgs/msg/Chatter"}
     scanner = ("base_link", "velodyne", (0, 0, SCANNER_UP), (0, 0, 0, 1))
     messages = [(BEGIN, "/tf_static", frames(BEGIN, scanner)), (BEGIN, "/chatter", b"\0\1\0\0hello")]
     messages += [(BEGIN + k * 10**9, "/tf", moving_frames(BEGIN + k * 10**9)) for k in range(10)]
+    if is_simulated:
+        topics["/odom"] = "nav_msgs/msg/Odometry"
     for k in range(round(POSES_S * 50)):
-        messages.append((BEGIN + k * 20_000_000 + 5_000_000, "/inspvax", pose(BEGIN + k * 20_000_000)))
+        ns = BEGIN + k * 20_000_000
+        messages.append((ns + 5_000_000, "/odom", odometry(ns)) if is_simulated else (ns + 5_000_000, "/inspvax", pose(ns)))
     for k in range(round(CLOUDS_S * 10)):
         ns = BEGIN + round((POSES_S - CLOUDS_S - 1) * 1e9) + k * 100_000_000
         messages.append((ns + 103_000_000, "/points", cloud(ns)))
@@ -146,6 +155,8 @@ def make_bag(path, only=None):
         messages.append((ns + 67_000_000, "/left/camera_info", calibration(ns + 37_000_000)))
     if only:
         messages = [one for one in messages if one[1] in only]
+    if is_simulated:  # the recorder had the true time
+        messages = [(ns + 1_700_000_000 * 10**9, name, data) for ns, name, data in messages]
     db = sqlite3.connect(path)
     db.execute("create table topics(id integer primary key, name text, type text, serialization_format text, offered_qos_profiles text)")
     db.execute("create table messages(id integer primary key, topic_id int, timestamp int, data blob)")
@@ -176,6 +187,25 @@ def run(*arguments, status=0):
     return done.stdout
 
 
+def judge(las):
+    """The points lie on the wall, and their colours are those of its stripes."""
+    total = coloured = right = 0
+    farthest = 0.0
+    begin = northing_of(LATITUDE)
+    for (east, north, up), (red, green, blue) in points_of(las):
+        total += 1
+        farthest = max(farthest, abs(500000 - WALL * ALONG - east))
+        place = (north - begin) / ALONG
+        if max(red, green, blue) == 0 or abs(place / STRIPE - round(place / STRIPE)) < 0.08:
+            continue
+        coloured += 1
+        right += (red > green) == is_red(place)
+    wanted = round(CLOUDS_S * 10) * RINGS * len(FIRINGS)
+    print(f"{total} points of {wanted}, the wall is at most {farthest:.3f} m off; {right} of {coloured} colours are right")
+    assert total == wanted and farthest < 0.03, "points are lost or not on the wall"
+    assert coloured > 0.6 * total and right > 0.99 * coloured, "the colours are not those of the wall"
+
+
 with tempfile.TemporaryDirectory() as work:
     os.chdir(work)
     make_bag("world.db3")
@@ -194,18 +224,12 @@ with tempfile.TemporaryDirectory() as work:
     assert "driver: ros_cloud" in rig and "time_field: 'time'" in rig and "time_unit: s" in rig, rig
     print(said)
     print(run("replay", "drive", "--out", "cloud", "--no-feed"))
-    total = coloured = right = 0
-    farthest = 0.0
-    begin = northing_of(LATITUDE)
-    for (east, north, up), (red, green, blue) in points_of("cloud/cloud.las"):
-        total += 1
-        farthest = max(farthest, abs(500000 - WALL * ALONG - east))
-        place = (north - begin) / ALONG
-        if max(red, green, blue) == 0 or abs(place / STRIPE - round(place / STRIPE)) < 0.08:
-            continue
-        coloured += 1
-        right += (red > green) == is_red(place)
-    wanted = round(CLOUDS_S * 10) * RINGS * len(FIRINGS)
-    print(f"{total} points of {wanted}, the wall is at most {farthest:.3f} m off; {right} of {coloured} colours are right")
-    assert total == wanted and farthest < 0.03, "points are lost or not on the wall"
-    assert coloured > 0.6 * total and right > 0.99 * coloured, "the colours are not those of the wall"
+    judge("cloud/cloud.las")
+    # A simulator's time begins at 0: poses, clouds and images are counted from a date that is told.
+    BEGIN = 100 * 10**9
+    make_bag("simulated.db3", is_simulated=True)
+    said = run("import", "simulated.db3", "--out", "simulated", "--origin", f"{LATITUDE},{LONGITUDE},{HEIGHT_M}")
+    assert "begin 100.000 s after 1970" in said and "counted from 2020-01-01" in said, said
+    print(said)
+    print(run("replay", "simulated", "--out", "virtual", "--no-feed"))
+    judge("virtual/cloud.las")
