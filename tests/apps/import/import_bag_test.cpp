@@ -32,6 +32,13 @@ SampleMessage imu_message(const std::string& topic, std::int64_t ns, double cova
   return {topic, "sensor_msgs/Imu", ns, out.bytes()};
 }
 
+SampleMessage position(const std::string& topic, std::int64_t ns) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.header(ns, "gps").put(std::int8_t{0}).put(std::uint16_t{1}).put(48.0).put(11.0).put(500.0);
+  for (int i = 0; i < 9; ++i) out.put(0.0);
+  return {topic, "sensor_msgs/NavSatFix", ns, out.put(std::uint8_t{0}).bytes()};
+}
+
 /// A recording in a folder that passes, and the drive that is made of it.
 class ImportBag : public ::testing::Test {
  protected:
@@ -140,6 +147,22 @@ TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
   const auto done = import(messages, {.origin = kOrigin});
   ASSERT_TRUE(done.ok()) << done.error().message;
   EXPECT_EQ(done->became.at("/imu"), "not used: no message of it says an orientation");
+}
+
+TEST_F(ImportBag, UsesOrientationsThatStandBehindALaterPosition) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i <= 30; ++i) {
+    if (i % 10 == 0) messages.push_back(position("/fix", kImported_ns + i * kTenth_ns));
+    // That of the moment before the position stands behind it.
+    SampleMessage one = imu_message("/imu", kImported_ns + i * kTenth_ns - 1'000'000);
+    one.time_ns = kImported_ns + i * kTenth_ns + 35'000'000;
+    messages.push_back(one);
+  }
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 30);
+  EXPECT_EQ(done->became.at("/imu"),
+            "sensor pos; 1 orientations are not between two positions that are at most 3 s apart");
 }
 
 TEST_F(ImportBag, CountsTheTimesOfASimulatorFromAStatedDate) {
