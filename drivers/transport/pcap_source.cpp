@@ -71,7 +71,9 @@ void PcapSource::take(const UdpDatagram& datagram) {
   if (!is_wanted(datagram.source, datagram.destination_port)) return skip(datagram.source, datagram.destination_port);
   flow_.reset();
   destination_port_ = datagram.destination_port;
-  watch_sender(datagram);
+  sender_ = datagram.source;
+  // With all protocols the reader tells devices apart itself, and the device may be one that sends by TCP.
+  if (config_.protocol == Protocol::Udp) watch_sender();
   Packet packet;
   packet.received = last_;
   packet.bytes = Buffer::copy_of(datagram.payload);
@@ -130,8 +132,7 @@ void PcapSource::take(TcpPiece piece) {
 
 /// Reports a second sender. Scanners send to the same port unless they are set otherwise; two scanners taken for one
 /// would give one wrong cloud.
-void PcapSource::watch_sender(const UdpDatagram& datagram) {
-  sender_ = datagram.source;
+void PcapSource::watch_sender() {
   if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) first_sender_ = sender_;
   if (source_ || sender_ == *first_sender_) {
     first_heard_ = last_;

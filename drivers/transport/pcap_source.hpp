@@ -25,7 +25,8 @@ namespace hueline::drivers {
 /// - Malformed, before the end: the number of frames that were not delivered, because the capture cut them off, their
 ///   headers are broken, they are fragments of a datagram that never became whole, or their link type is not read.
 /// - WrongDevice, before the end: the file holds no datagram of the device; the detail says what it holds instead.
-/// - WrongDevice, without a `source_address`: a datagram comes from another address than the first one. It is delivered
+/// - WrongDevice, with Protocol::Udp and without a `source_address`: a datagram comes from another address than the
+/// first one. It is delivered
 ///   after its fault.
 ///
 /// With Protocol::Tcp the source delivers what one device sends by TCP, in pieces of any size. Of each connection that
@@ -80,7 +81,7 @@ class PcapSource final : public PacketSource {
   void take(const UdpDatagram& datagram);
   void take(TcpPiece piece);
   bool is_of_device(const TcpPiece& piece);
-  void watch_sender(const UdpDatagram& datagram);
+  void watch_sender();
   void tell(FaultKind kind, std::uint64_t count, std::string detail);
   void finish(Error why);
   std::string others() const;

@@ -289,6 +289,11 @@ TEST(PcapSource, ASecondDeviceIsTold) {
   EXPECT_EQ(one.payloads.size(), 5u);
   EXPECT_TRUE(one.faults.empty());
 
+  // A program that recognises devices itself gets all of them; the device may be one that sends by TCP.
+  PcapSource::Config all;
+  all.protocol = PcapSource::Protocol::All;
+  EXPECT_TRUE(read_bytes(file.bytes(), all).faults.empty());
+
   PcapWriter replaced;  // unplugged, and back with another address
   for (const int i : {0, 1, 2}) replaced.frame(kTime + i * 1'000'000'000ll, from(201, "a"));
   for (const int i : {6, 7, 8}) replaced.frame(kTime + i * 1'000'000'000ll, from(202, "a"));
