@@ -66,7 +66,7 @@ struct InsSolution {
   SensorId sensor{};
   HostTime received{};
   GpsTime time{};
-  Geodetic position{};
+  Geodetic position{};  ///< no place on earth (is_on_earth()) if the device knows none; the solution is not good then
   Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();  ///< m/s
   Attitude attitude{};
   /// The device declares the solution good (NovAtel: INS_SOLUTION_GOOD or better). Other solutions are recorded and

@@ -129,9 +129,11 @@ ordered_json StatusWriter::status(const DriveState& state, const std::optional<L
     pos["sigma_horizontal_m"] =
         solution->sigma ? ordered_json(portable::hypot((*solution->sigma)[0], (*solution->sigma)[1])) : ordered_json();
     pos["sigma_vertical_m"] = solution->sigma ? ordered_json((*solution->sigma)[2]) : ordered_json();
-    pos["latitude_deg"] = solution->position.latitude * kDegPerRad;
-    pos["longitude_deg"] = solution->position.longitude * kDegPerRad;
-    pos["height_m"] = solution->position.ellipsoidal_height;
+    const bool has_place = is_on_earth(solution->position);
+    const auto number = [&](double value) { return has_place ? ordered_json(value) : ordered_json(); };
+    pos["latitude_deg"] = number(solution->position.latitude * kDegPerRad);
+    pos["longitude_deg"] = number(solution->position.longitude * kDegPerRad);
+    pos["height_m"] = number(solution->position.ellipsoidal_height);
     pos["speed_m_s"] = solution->velocity_enu.norm();
     pos["heading_deg"] = solution->attitude.heading * kDegPerRad;
     pos["fix"] = state.fix ? ordered_json(name(state.fix->type)) : ordered_json();

@@ -125,6 +125,7 @@ ViewMessage ViewMessages::static_frames(GpsTime time) const {
 }
 
 std::vector<ViewMessage> ViewMessages::make(const InsSolution& solution) {
+  if (!is_on_earth(solution.position)) return {};  // the device knows no place, so there is nothing to show
   if (last_pose_ && solution.time - *last_pose_ < config_.pose_interval && solution.time >= *last_pose_) return {};
   last_pose_ = solution.time;
   const Transform<Ecef, Enu> T_ecef_local = ecef_from_enu(solution.position);

@@ -42,6 +42,16 @@ Geodetic read_place(std::span<const std::byte> body, std::size_t offset, double 
           field<double>(body, offset + 16) + undulation};
 }
 
+/// Returns whether a solution may be given: its numbers are possible, or its status says that they mean nothing yet.
+bool may_give(bool has_motion, InsSolution& out) {
+  if (has_ins_attitude(out.status)) return has_motion && is_on_earth(out.position);
+  if (!has_motion) {
+    out.velocity_enu.setZero();
+    out.attitude = {};
+  }
+  return true;
+}
+
 bool header_is_fine(const NovatelHeader& header) { return header.time_status && is_fine(*header.time_status); }
 
 }  // namespace
@@ -79,10 +89,10 @@ bool has_ins_attitude(std::uint32_t status) { return status == 2 || status == 3 
 std::optional<InsSolution> decode_inspva(std::span<const std::byte> body) {
   const auto time = novatel_time(field<std::uint32_t>(body, 0), field<double>(body, 4));
   InsSolution out;
-  out.position = read_place(body, 12, 0.0);
-  if (!time || !is_on_earth(out.position) || !read_motion(body, 36, out)) return {};
-  out.time = *time;
   out.status = field<std::uint32_t>(body, 84);
+  out.position = read_place(body, 12, 0.0);
+  if (!time || !may_give(read_motion(body, 36, out), out)) return {};
+  out.time = *time;
   out.is_good = is_good_ins_status(out.status);
   return out;
 }
@@ -90,10 +100,10 @@ std::optional<InsSolution> decode_inspva(std::span<const std::byte> body) {
 std::optional<InsSolution> decode_inspvax(const NovatelHeader& header, std::span<const std::byte> body) {
   const auto time = header_time(header);
   InsSolution out;
-  out.position = read_place(body, 8, static_cast<double>(field<float>(body, 32)));
-  if (!time || !is_on_earth(out.position) || !read_motion(body, 36, out)) return {};
-  out.time = *time;
   out.status = field<std::uint32_t>(body, 0);
+  out.position = read_place(body, 8, static_cast<double>(field<float>(body, 32)));
+  if (!time || !may_give(read_motion(body, 36, out), out)) return {};
+  out.time = *time;
   out.is_good = is_good_ins_status(out.status);
   out.sigma = read_sigma(body, 84);
   return out;

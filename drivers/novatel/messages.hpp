@@ -35,6 +35,8 @@ std::string ins_status_name(std::uint32_t status);
 /// Returns whether the filter navigates at this status, so that its attitude has a meaning.
 bool has_ins_attitude(std::uint32_t status);
 
+/// A filter that does not navigate yet (has_ins_attitude() is false) sends the centre of the earth, or anything else,
+/// as its place. Its solutions are given all the same, not good: its status is what the user must be told.
 std::optional<InsSolution> decode_inspva(std::span<const std::byte> body);                                ///< 88 bytes
 std::optional<InsSolution> decode_inspvax(const NovatelHeader& header, std::span<const std::byte> body);  ///< 126 bytes
 std::optional<InsUncertainty> decode_insstdev(const NovatelHeader& header, std::span<const std::byte> body);

@@ -276,6 +276,31 @@ TEST(NovatelMessages, ImpossibleValuesBecomeNothingAndAreCounted) {
   }
 }
 
+/// A filter that has not aligned sends the centre of the earth as its place. Why it does not navigate must be told.
+TEST(NovatelMessages, AFilterThatDoesNotNavigateSaysSoWithoutAPlace) {
+  const double nan = std::nan("");
+  const test::Pva centre{.latitude_deg = -90, .height = -6356752.3, .status = 1};
+  const auto solutions = all_of<InsSolution>(decoded(test::joined(
+      {test::inspvas(centre), test::inspvas({.seconds = 100001, .latitude_deg = nan, .north = nan, .status = 0})})));
+  ASSERT_EQ(solutions.size(), 2u);
+  EXPECT_EQ(solutions[0].status, 1u);
+  EXPECT_FALSE(solutions[0].is_good);
+  EXPECT_FALSE(is_on_earth(solutions[0].position));
+  EXPECT_FALSE(is_on_earth(solutions[1].position));
+  EXPECT_TRUE(solutions[1].velocity_enu.isZero());
+  Put body;  // INSPVAX
+  body.u32(1).u32(0).f64(-90).f64(0).f64(-6356752.3).f32(0);
+  for (int i = 0; i < 6; ++i) body.f64(0);
+  for (int i = 0; i < 9; ++i) body.f32(0);
+  body.u32(0).u16(0);
+  const auto x = all_of<InsSolution>(decoded(test::long_message(1465, 2300, 5000, body.bytes)));
+  ASSERT_EQ(x.size(), 1u);
+  EXPECT_EQ(x[0].status, 1u);
+  EXPECT_FALSE(x[0].is_good);
+  // One that navigates has a place; without it the message is broken.
+  EXPECT_TRUE(all_of<InsSolution>(decoded(test::inspvas({.latitude_deg = -90, .height = -6356752.3}))).empty());
+}
+
 TEST(NovatelMessages, SecondaryAntennaIsNotThePosition) {
   Put p;
   p.u32(0).u32(50).f64(10).f64(20).f64(100).f32(40).u32(61).f32(0.1).f32(0.2).f32(0.3).u32(0).f32(0).f32(0);
