@@ -97,6 +97,9 @@ struct DeviceType {
   Laser laser{};
   /// How `inspect` recognises its files.
   DeviceFiles files{};
+  /// Which messages of a POS make navigation solutions, in the maker's words, to end the sentence "a navigation
+  /// solution is". It is used for Role::Pos only.
+  const char* solutions = "";
 };
 
 using DeviceTypes = std::span<const DeviceType* const>;

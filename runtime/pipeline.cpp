@@ -45,7 +45,11 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink, PostT
   if (sink.wants_provisional_cloud())
     colouring_.set_provisional_sink(
         [this](const CloudBlock& block) { sink_.on_provisional_cloud(block, colouring_.trajectory()); });
-  for (const auto& sensor : rig.sensors) decoders_[sensor.id] = sensor.device->make_decoder();
+  for (const auto& sensor : rig.sensors) {
+    decoders_[sensor.id] = sensor.device->make_decoder();
+    if (sensor.id == pos_) solutions_ = sensor.type->solutions;
+    has_laser_ |= sensor.type->role == drivers::Role::Laser;
+  }
   if (rig.watch.images_per_s > 0 && !rig.geometry.head.lenses.empty()) watch_.emplace(rig.geometry, rig.watch);
 }
 
@@ -237,9 +241,15 @@ void Pipeline::note_pos(Summary& summary) const {
     came += fmt::format("{}{} {}", came.empty() ? "" : ", ", count, message);
   if (!came.empty())
     summary.on_note(
-        fmt::format("the POS sent {}; a navigation solution is INSPVA, INSPVAS or INSPVAX (a suffix _1: of the "
-                    "secondary antenna, not used)",
-                    came));
+        fmt::format("the POS sent {}, and no navigation solution; a navigation solution is {}", came, solutions_));
+}
+
+/// Notes why there is no point although nothing was refused. What the scanners did instead is in their own lines.
+void Pipeline::note_scanners(Summary& summary) const {
+  if (!has_laser_)
+    summary.on_note("the rig has no laser scanner, so there is nothing that could become a point");
+  else if (synchroniser_.counts().returns == 0)
+    summary.on_note("no laser return came: the lines of the scanners say what came instead");
 }
 
 void Pipeline::report(Summary& summary) const {
@@ -258,6 +268,9 @@ void Pipeline::report(Summary& summary) const {
         returns);
     if (reason == fusion::NoPose::NoSolution && returns > 0) note_pos(summary);
   }
+  note_scanners(summary);
+  // Without returns none of them lacks a pose, but the user must still know that the POS would have given none.
+  if (synchroniser_.counts().returns == 0) note_pos(summary);
   summary.on_returns(synchroniser_.counts().returns);
   for (const auto& [reason, returns] : synchroniser_.counts().untimed) summary.on_unfused(reason, returns);
   for (const sync::LaserClock& laser : synchroniser_.lasers())

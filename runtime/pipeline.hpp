@@ -58,10 +58,13 @@ class Pipeline {
   void tell_health();
   const char* why_no_solution() const;
   void note_pos(Summary& summary) const;
+  void note_scanners(Summary& summary) const;
 
   ProductSink& sink_;
   PostTrajectory* const trajectory_;  // null: the POS's solutions are used
   const SensorId pos_;
+  const char* solutions_ = "";                      // which messages of the POS make navigation solutions
+  bool has_laser_ = false;                          // the rig has a scanner
   std::vector<std::unique_ptr<Decoder>> decoders_;  // by SensorId; null for the system
   sync::Synchroniser synchroniser_;
   const nanoseconds max_lateness_;

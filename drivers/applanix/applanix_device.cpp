@@ -30,6 +30,7 @@ constinit const DeviceType kApplanix{
     .files = {.log = {.format = "Applanix POS groups", .ending = ".pos", .is_beginning = is_applanix_log},
               .capture = {.kind = "an Applanix POS",
                           .has_signature = true,
-                          .listen = listen_to_stream<ApplanixForm, ApplanixDecoder, kName>}}};
+                          .listen = listen_to_stream<ApplanixForm, ApplanixDecoder, kName>}},
+    .solutions = "group 1"};
 
 }  // namespace hueline::drivers

@@ -24,6 +24,7 @@ constinit const DeviceType kNmea{
     .role = Role::Pos,
     .is_sheddable = false,
     .make = make_device<StreamDevice<NmeaDecoder, NmeaTraits>>,
-    .files = {.log = {.format = "NMEA 0183", .ending = ".nmea", .is_beginning = is_nmea_log}}};
+    .files = {.log = {.format = "NMEA 0183", .ending = ".nmea", .is_beginning = is_nmea_log}},
+    .solutions = "PASHR with roll, pitch and heading, together with GGA"};
 
 }  // namespace hueline::drivers

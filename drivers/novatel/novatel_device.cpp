@@ -49,6 +49,7 @@ constinit const DeviceType kNovatel{
     .role = Role::Pos,
     .is_sheddable = false,
     .make = make_device<NovatelDevice>,
-    .files = {.log = {.format = "NovAtel OEM7 binary", .ending = ".gps", .is_beginning = is_oem7_log}}};
+    .files = {.log = {.format = "NovAtel OEM7 binary", .ending = ".gps", .is_beginning = is_oem7_log}},
+    .solutions = "INSPVA, INSPVAS or INSPVAX (a suffix _1: of the secondary antenna, not used)"};
 
 }  // namespace hueline::drivers

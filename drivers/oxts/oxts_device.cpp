@@ -28,7 +28,9 @@ constinit const DeviceType kOxts{
     .is_sheddable = false,
     .make = make_device<StreamDevice<OxtsDecoder, OxtsTraits>>,
     .files = {.log = {.format = "OxTS NCOM", .ending = ".ncom", .is_beginning = is_oxts_log},
-              .capture = {
-                  .kind = "an OxTS", .has_signature = true, .listen = listen_to_stream<NcomForm, OxtsDecoder, kName>}}};
+              .capture = {.kind = "an OxTS",
+                          .has_signature = true,
+                          .listen = listen_to_stream<NcomForm, OxtsDecoder, kName>}},
+    .solutions = "an NCOM packet of the navigation, with the GPS time of its status channels"};
 
 }  // namespace hueline::drivers

@@ -69,6 +69,7 @@ constinit const DeviceType kSbet{.word = "sbet",
                                  .role = Role::Pos,
                                  .is_sheddable = false,
                                  .make = make_device<SbetDevice>,
-                                 .files = {.log = {.format = "SBET", .ending = ".sbet", .is_beginning = is_sbet}}};
+                                 .files = {.log = {.format = "SBET", .ending = ".sbet", .is_beginning = is_sbet}},
+                                 .solutions = "a record of the trajectory"};
 
 }  // namespace hueline::drivers

@@ -26,6 +26,7 @@ constinit const DeviceType kSeptentrio{
     .role = Role::Pos,
     .is_sheddable = false,
     .make = make_device<StreamDevice<SeptentrioDecoder, SeptentrioTraits>>,
-    .files = {.log = {.format = "Septentrio SBF", .ending = ".sbf", .is_beginning = is_sbf_log}}};
+    .files = {.log = {.format = "Septentrio SBF", .ending = ".sbf", .is_beginning = is_sbf_log}},
+    .solutions = "INSNavGeod or INSNavCart"};
 
 }  // namespace hueline::drivers

@@ -26,6 +26,7 @@ constinit const DeviceType kUblox{
     .role = Role::Pos,
     .is_sheddable = false,
     .make = make_device<StreamDevice<UbloxDecoder, UbloxTraits>>,
-    .files = {.log = {.format = "u-blox UBX", .ending = ".ubx", .is_beginning = is_ubx_log}}};
+    .files = {.log = {.format = "u-blox UBX", .ending = ".ubx", .is_beginning = is_ubx_log}},
+    .solutions = "NAV-PVAT, or NAV-PVT with NAV-ATT, while the receiver fuses its inertial sensors"};
 
 }  // namespace hueline::drivers

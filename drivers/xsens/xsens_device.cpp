@@ -27,6 +27,7 @@ constinit const DeviceType kXsens{
     .role = Role::Pos,
     .is_sheddable = false,
     .make = make_device<StreamDevice<XsensDecoder, XsensTraits>>,
-    .files = {.log = {.format = "Xsens MTi", .ending = ".mtb", .is_beginning = is_xsens_log}}};
+    .files = {.log = {.format = "Xsens MTi", .ending = ".mtb", .is_beginning = is_xsens_log}},
+    .solutions = "orientation, latitude and longitude, ellipsoidal altitude and UTC time in one packet"};
 
 }  // namespace hueline::drivers

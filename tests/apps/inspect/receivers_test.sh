@@ -37,7 +37,9 @@ ends 0 "$hueline" inspect sentences
 says 'NMEA 0183'
 says 'NoTime'
 printf 'rig: files\nsensors:\n  - {name: pos, driver: ublox, file: receiver}\ncolouring: {method: lens}\n' >rig.yaml
-ends 5 "$hueline" capture rig.yaml --out drive --quiet
+ends 5 "$hueline" capture rig.yaml --out drive
+says 'the rig has no laser scanner'
+says 'the POS sent 1 NAV-PVT, 1 text, and no navigation solution; a navigation solution is NAV-PVAT'
 ends 0 "$hueline" extract drive --sensor pos --out again
 cmp receiver again || fail "the maker's file came out with other bytes"
 ends 2 "$hueline" extract drive --sensor camera --out other
