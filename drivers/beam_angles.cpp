@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <sstream>
 
+#include "core/angle.hpp"
 #include "core/input_file.hpp"
+#include "core/portable_math.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -16,6 +18,25 @@ constexpr std::uint64_t kMostBytes = 1'000'000;
 constexpr std::size_t kMostChannels = 1024;
 
 }  // namespace
+
+std::string off_nominal(const BeamAngles& given, const BeamAngles& nominal) {
+  std::size_t farthest = 0;
+  double most_deg = 0;
+  for (std::size_t i = 0; i < nominal.elevations_deg.size(); ++i) {
+    // Near the zenith an azimuth turns the beam by less than itself.
+    const double aside_deg = std::remainder(given.azimuths_deg[i] - nominal.azimuths_deg[i], 360.0) *
+                             portable::cos(nominal.elevations_deg[i] * kRadPerDeg);
+    const double off_deg = std::max(std::abs(given.elevations_deg[i] - nominal.elevations_deg[i]), std::abs(aside_deg));
+    if (off_deg <= most_deg) continue;
+    farthest = i;
+    most_deg = off_deg;
+  }
+  if (most_deg <= kMostOffNominal_deg) return {};
+  return fmt::format(
+      "channel {} points to elevation {:.3f} and azimuth {:.3f} deg, the model's to {:.3f} and {:.3f} deg",
+      farthest + 1, given.elevations_deg[farthest], given.azimuths_deg[farthest], nominal.elevations_deg[farthest],
+      nominal.azimuths_deg[farthest]);
+}
 
 Result<BeamAngles> read_beam_angles(const std::string& path) {
   const auto text = read_input(path, kMostBytes, "a calibration file");

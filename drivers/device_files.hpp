@@ -35,6 +35,9 @@ class CaptureListener {
   virtual Status use_description(const std::string& file) {
     return Error{ErrorCode::Unsupported, file + ": describes no device of this kind"};
   }
+  /// Returns, for people, why a file of use_description() was not used for the devices that were heard. Empty: nothing
+  /// is known but that it describes none of them.
+  virtual std::string why_not_used(const std::string&) const { return {}; }
   /// Returns, for people, what resembles a device of this kind but is no known model of it, and which models are known.
   /// Empty: there is no such thing in the file.
   virtual std::string unknown_models() const { return {}; }

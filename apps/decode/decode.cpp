@@ -60,10 +60,12 @@ int tell(const DecodedCapture& decoded, const DecodeOptions& options) {
   bool is_whole = decoded.trouble.ok() && decoded.not_supported.empty();
   for (const std::string& one : options.descriptions)
     if (!decoded.used_descriptions.contains(one)) {
-      log_error(
-          "--calibration {}: not used: it describes none of the scanners here (other beams or packets, or the "
-          "number of another scanner)",
-          one);
+      const auto refused = decoded.refused_descriptions.find(one);
+      log_error("--calibration {}: not used: {}", one,
+                refused != decoded.refused_descriptions.end()
+                    ? refused->second
+                    : "it describes none of the scanners here (other beams or packets, or the number of another "
+                      "scanner)");
       is_whole = false;
     }
   if (points == 0) {

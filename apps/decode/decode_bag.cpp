@@ -45,6 +45,7 @@ void add(DecodedBag& out, DecodedCapture decoded) {
   for (DecodedScanner& scanner : decoded.scanners) out.decoded.scanners.push_back(std::move(scanner));
   for (std::string& one : decoded.not_supported) out.decoded.not_supported.push_back(std::move(one));
   out.decoded.used_descriptions.merge(decoded.used_descriptions);
+  out.decoded.refused_descriptions.merge(decoded.refused_descriptions);
   if (out.decoded.written.ok()) out.decoded.written = decoded.written;
   if (out.decoded.trouble.ok()) out.decoded.trouble = decoded.trouble;
 }

@@ -171,6 +171,9 @@ Result<DecodedCapture> KnownCapture::write(const std::filesystem::path& out) {
   decoded.not_supported = not_supported(again);
   for (const CaptureDevice& device : again.devices())
     if (!device.description.empty()) decoded.used_descriptions.insert(device.description);
+  for (const std::string& file : options.descriptions)
+    if (std::string why = again.why_not_used(file); !why.empty())
+      decoded.refused_descriptions.emplace(file, std::move(why));
   return decoded;
 }
 

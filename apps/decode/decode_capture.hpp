@@ -45,7 +45,9 @@ struct DecodedCapture {
   std::vector<DecodedScanner> scanners;
   std::vector<std::string> not_supported;   ///< senders that may be scanners and are not known, in words
   std::set<std::string> used_descriptions;  ///< those of DecodeOptions::descriptions by which a scanner was decoded
-  Status written;                           ///< why a cloud could not be written whole
+  /// By file of DecodeOptions::descriptions that a scanner refused: why.
+  std::map<std::string, std::string> refused_descriptions;
+  Status written;  ///< why a cloud could not be written whole
   Status trouble;  ///< why the file was read in part or not at all; whole parts of it were used
 };
 

@@ -35,6 +35,13 @@ Status CaptureDevices::use_description(const std::string& file) {
   return is_known ? Status() : refused;
 }
 
+std::string CaptureDevices::why_not_used(const std::string& file) const {
+  std::string out;
+  for (const Listening& one : listening_)
+    if (const std::string why = one.listener->why_not_used(file); !why.empty()) out += (out.empty() ? "" : "; ") + why;
+  return out;
+}
+
 const drivers::CaptureListener& CaptureDevices::listener_of(const drivers::DeviceType* type) const {
   return *std::ranges::find(listening_, type, &Listening::type)->listener;
 }

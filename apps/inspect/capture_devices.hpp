@@ -43,6 +43,10 @@ class CaptureDevices {
   /// Unsupported if no kind of device knows such files; Malformed, Io.
   Status use_description(const std::string& file);
 
+  /// Returns, for people, why a file of use_description() was not used; empty: it describes none of the devices, and
+  /// nothing more is known.
+  std::string why_not_used(const std::string& file) const;
+
   /// Takes a packet, or a fault packet about a stream, that `source` has just given. If a known device sent it, decodes
   /// it, appends the measurements to `out` and returns the device, otherwise returns null. The pointer is valid as long
   /// as this object. The first packets of a stream are decoded together, when the device is recognised.

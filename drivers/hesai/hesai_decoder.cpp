@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/hesai/hesai_angles.hpp"
 #include "drivers/hesai/hesai_kernel.hpp"
 
 namespace hueline::drivers {
@@ -41,11 +42,12 @@ void HesaiDecoder::Config::visit(Keys& keys) {
   keys.number({"min_range_m", "m", "Nearer returns are dropped."}, min_range_m, {0, 100});
   keys.number({"max_range_m", "m", "Farther returns are dropped. It is above `min_range_m`.", "none is dropped"},
               max_range_m, {0, 400});
-  keys.numbers({"elevations_deg", "deg",
-                "Elevation of each beam, in the order of the channels: the second column of the scanner's calibration "
-                "file.",
-                "the model's nominal ones"},
-               elevations_deg, {-90, 90});
+  keys.numbers(
+      {"elevations_deg", "deg",
+       "Elevation of each beam, in the order of the channels: the second column of the scanner's calibration "
+       "file. Those of another model are refused: each beam has to be within 1.5 deg of the model's nominal one.",
+       "the model's nominal ones"},
+      elevations_deg, {-90, 90});
   keys.numbers({"azimuths_deg", "deg",
                 "Azimuth of each beam against the block's: the third column of the calibration file. It is given with "
                 "`elevations_deg`."},
@@ -62,6 +64,9 @@ KeyError HesaiDecoder::Config::validate() const {
     return not_allowed("elevations_deg", fmt::format("a list of {}", elevations_deg.size()), allowed);
   if (azimuths_deg.size() != elevations_deg.size())
     return not_allowed("azimuths_deg", fmt::format("a list of {}", azimuths_deg.size()), allowed);
+  if (!elevations_deg.empty())
+    if (const std::string wrong = why_not_of(hesai_table(model), {elevations_deg, azimuths_deg, {}}); !wrong.empty())
+      return {"elevations_deg", wrong};
   return {};
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -38,9 +39,19 @@ class HesaiListener final : public CaptureListener {
     config.model = *model;
     std::optional<BeamAngles> angles;
     for (const BeamAngles& one : given_)
-      if (one.elevations_deg.size() == table.beams.size()) angles = one;
+      if (std::string wrong = why_not_of(table, one); wrong.empty())
+        angles = one;
+      else
+        not_used_[one.file] = std::move(wrong);
     const std::string description = angles ? angles->file : "";
+    std::string beside;  // why the file beside the capture is not used
     if (!angles) angles = find_hesai_angles(path_, table);
+    if (angles && description.empty()) {
+      if (const std::string wrong = why_not_of(table, *angles); !wrong.empty()) {
+        beside = fmt::format("; {} beside the capture is not used: {}", angles->file, wrong);
+        angles.reset();
+      }
+    }
     if (angles) {
       config.elevations_deg = angles->elevations_deg;
       config.azimuths_deg = angles->azimuths_deg;
@@ -48,8 +59,14 @@ class HesaiListener final : public CaptureListener {
     return HeardDevice{std::string("hesai ") + table.name, std::make_unique<HesaiDecoder>(config),
                        angles ? "directions of the beams: " + angles->file
                               : "directions of the beams: the model's nominal ones, which a scanner misses by some "
-                                "tenths of a degree; its own calibration file gives them",
+                                "tenths of a degree; its own calibration file gives them" +
+                                    beside,
                        description};
+  }
+
+  std::string why_not_used(const std::string& description) const override {
+    const auto found = not_used_.find(description);
+    return found == not_used_.end() ? std::string() : found->second;
   }
 
   bool is_decodable(const Packet& datagram) const override {
@@ -65,6 +82,7 @@ class HesaiListener final : public CaptureListener {
  private:
   const std::string path_;
   std::vector<BeamAngles> given_;
+  std::map<std::string, std::string> not_used_;  // by file: why
   std::set<std::string> unknown_;
 };
 

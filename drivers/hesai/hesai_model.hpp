@@ -70,6 +70,7 @@ struct HesaiTable {
   constexpr std::size_t least_bytes() const { return tail_at() + tail.bytes; }
 };
 
+/// All models, in the order of HesaiModel.
 std::span<const HesaiTable> hesai_tables();
 const HesaiTable& hesai_table(HesaiModel model);
 

@@ -139,6 +139,7 @@ TEST(Decode, SaysWhichDescriptionsWereUsed) {
   const auto decoded = decode_capture(options);
   ASSERT_TRUE(decoded.ok()) << decoded.error().message;
   EXPECT_EQ(decoded->used_descriptions, std::set<std::string>{fits});
+  EXPECT_NE(decoded->refused_descriptions.at(other).find("it has 40 channels, the model 32"), std::string::npos);
 }
 
 /// A topic of a scanner's IMU holds packets, too.

@@ -165,6 +165,26 @@ TEST(Hesai, WhatIsWrongIsSaid) {
   EXPECT_EQ(faults.at(0).kind, FaultKind::WrongDevice);
 }
 
+/// A file of as many beams of another model would bend the cloud by degrees without a word.
+TEST(Hesai, AnglesOfAnotherModelAreRefused) {
+  HesaiDecoder::Config config = of_xt32();
+  for (int i = 0; i < 32; ++i) {
+    config.elevations_deg.push_back(15 - i + (i == 7 ? 1.4 : 0.1));
+    config.azimuths_deg.push_back(-0.1);
+  }
+  EXPECT_TRUE(config.validate().empty()) << config.validate().text();
+  for (int i = 0; i < 32; ++i) config.elevations_deg[static_cast<std::size_t>(i)] = 19.5 - 1.3 * i;
+  const std::string wrong = config.validate().text();
+  EXPECT_NE(wrong.find("not the directions of a PandarXT-32: channel 32 points to elevation -20.800"),
+            std::string::npos)
+      << wrong;
+  EXPECT_NE(wrong.find("these fit the model XT32M2X"), std::string::npos) << wrong;
+  config.model = HesaiModel::Xt32m2;
+  EXPECT_TRUE(config.validate().empty()) << config.validate().text();
+  config.azimuths_deg[3] = 1.6;
+  EXPECT_FALSE(config.validate().empty());
+}
+
 test::Bytes gps(bool is_locked) {
   test::ByteWriter out(false);
   return out.u8(0xFF).u8(0xEE).zeros(504).u8('A').u8(is_locked ? 1 : 0).zeros(4).bytes();
