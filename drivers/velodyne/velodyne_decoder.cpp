@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/azimuth_directions.hpp"
+#include "drivers/velodyne/velodyne_angles.hpp"
 #include "drivers/velodyne/velodyne_kernel.hpp"
 
 namespace hueline::drivers {
@@ -87,6 +88,16 @@ void VelodyneDecoder::Config::visit(Keys& keys) {
              "is set not to send is recognised by the jump of its azimuth and does not count. Set it to false if the "
              "scanner leaves out packets in another way."},
             detects_lost);
+  keys.numbers({"elevations_deg", "deg",
+                "Elevation of each laser, in the order of the packet: `vert_correction` of the scanner's calibration "
+                "file (by `laser_id`), in degrees. Those of another model are refused: each laser has to be within 1.5 "
+                "deg of the model's nominal one.",
+                "the model's nominal ones"},
+               elevations_deg, {-90, 90});
+  keys.numbers({"azimuths_deg", "deg",
+                "Azimuth of each laser against the block's, clockwise seen from above: `rot_correction` of the "
+                "calibration file in degrees, with the other sign. It is given with `elevations_deg`."},
+               azimuths_deg, {-180, 180});
 }
 
 KeyError VelodyneDecoder::Config::validate() const {
@@ -95,6 +106,15 @@ KeyError VelodyneDecoder::Config::validate() const {
     return not_allowed("max_range_m", number_text(*max_range_m), "more than min_range_m");
   if (azimuth_begin == azimuth_end)
     return {"azimuth_end_deg", "is equal to azimuth_begin_deg, so no azimuth would be kept; allowed: another one"};
+  const VelodyneTable& table = velodyne_table(model);
+  const std::string allowed = fmt::format("{} numbers, one for each laser, in both lists or in none", table.count());
+  if (!elevations_deg.empty() && elevations_deg.size() != table.lasers.size())
+    return not_allowed("elevations_deg", fmt::format("a list of {}", elevations_deg.size()), allowed);
+  if (azimuths_deg.size() != elevations_deg.size())
+    return not_allowed("azimuths_deg", fmt::format("a list of {}", azimuths_deg.size()), allowed);
+  if (elevations_deg.empty()) return {};
+  if (const std::string wrong = why_not_of(table, BeamAngles{elevations_deg, azimuths_deg, {}}); !wrong.empty())
+    return {"elevations_deg", wrong};
   return {};
 }
 

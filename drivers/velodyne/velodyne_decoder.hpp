@@ -75,6 +75,11 @@ class VelodyneDecoder final : public Decoder {
     double azimuth_begin = 0;
     double azimuth_end = 6.283185307179586;
     PacketStamp stamp = PacketStamp::FirstFiring;
+    /// The directions of the lasers in the order of the packet, from the scanner's own calibration file, in the senses
+    /// of VelodyneLaser. Both are empty for the nominal directions.
+    std::vector<double> elevations_deg, azimuths_deg;
+    /// Heights of the beams' origins, from the same file. Empty: the model's.
+    std::vector<double> vertical_offsets_mm;
     /// Whether gaps between stamps are reported as lost packets. Set it to false if the scanner itself leaves out
     /// packets.
     bool detects_lost = true;

@@ -181,11 +181,16 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       const auto offset = table_.sequence_period * (firing / table_.count()) + table_.firing_time(laser);
       const auto ring = std::ranges::count_if(
           table_.lasers, [&](const VelodyneLaser& other) { return other.elevation_deg < l.elevation_deg; });
-      const double elevation = l.elevation_deg * kPi / 180, azimuth = l.azimuth_deg * kPi / 180;
+      // The rings keep the order of the nominal elevations, so that two scanners of a model have the same ones.
+      const auto own = [&](const std::vector<double>& given, double nominal) {
+        return given.empty() ? nominal : given[static_cast<std::size_t>(laser)];
+      };
+      const double elevation = own(config.elevations_deg, l.elevation_deg) * kPi / 180,
+                   azimuth = own(config.azimuths_deg, l.azimuth_deg) * kPi / 180;
       Firings& table = firings_[bank];
       table.sin_elevation[f] = static_cast<float>(portable::sin(elevation));
       table.cos_elevation[f] = static_cast<float>(portable::cos(elevation));
-      table.vertical_offset[f] = static_cast<float>(l.vertical_offset_mm * 1e-3);
+      table.vertical_offset[f] = static_cast<float>(own(config.vertical_offsets_mm, l.vertical_offset_mm) * 1e-3);
       table.sin_azimuth[f] = static_cast<float>(portable::sin(azimuth));
       table.cos_azimuth[f] = static_cast<float>(portable::cos(azimuth));
       table.azimuth[f] = static_cast<float>(azimuth);

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "drivers/transport/pcap_source.hpp"
+#include "drivers/velodyne/velodyne_angles.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
 #include "drivers/velodyne/velodyne_timing.hpp"
 
@@ -37,6 +41,13 @@ class VelodyneListener final : public CaptureListener {
  public:
   explicit VelodyneListener(std::string path) : path_(std::move(path)) {}
 
+  Status use_description(const std::string& file) override {
+    auto calibration = read_velodyne_calibration(file);
+    if (!calibration.ok()) return calibration.error();
+    given_.push_back(std::move(calibration).value());
+    return {};
+  }
+
   std::optional<HeardDevice> listen(const Packet& datagram, const std::string& sender) override {
     if (datagram.bytes.size() != kVelodyneDataBytes) return {};
     const std::uint8_t product = product_of(datagram);
@@ -50,7 +61,9 @@ class VelodyneListener final : public CaptureListener {
       if (!has_its_byte) name += ", by its timing (factory byte of " + velodyne_product_name(product) + ")";
       VelodyneDecoder::Config config;
       config.model = model;
-      return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(config)};
+      const std::string description = describe(table, config);
+      return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(config),
+                         description.empty() ? std::string() : "directions of the beams: " + description, description};
     }
     unknown_.emplace(sender, product);
     return {};
@@ -58,6 +71,11 @@ class VelodyneListener final : public CaptureListener {
 
   bool is_decodable(const Packet& datagram) const override {
     return datagram.bytes.size() == kVelodyneDataBytes || datagram.bytes.size() == kVelodynePositionBytes;
+  }
+
+  std::string why_not_used(const std::string& description) const override {
+    const auto found = not_used_.find(description);
+    return found == not_used_.end() ? std::string() : found->second;
   }
 
   std::string unknown_models() const override {
@@ -74,7 +92,27 @@ class VelodyneListener final : public CaptureListener {
   }
 
  private:
+  /// Sets the directions of the given file that fits the model, and returns its name. Nothing: none fits.
+  std::string describe(const VelodyneTable& table, VelodyneDecoder::Config& config) {
+    std::string used;
+    for (const VelodyneCalibration& one : given_) {
+      if (std::string wrong = why_not_of(table, one); !wrong.empty()) {
+        not_used_[one.angles.file] = std::move(wrong);
+        continue;
+      }
+      used = one.angles.file;
+      config.elevations_deg = one.angles.elevations_deg;
+      config.azimuths_deg = one.angles.azimuths_deg;
+      // Most files have 0 for all, also where the maker's manual has centimetres: they know nothing of the offsets.
+      const bool has_offsets = std::ranges::any_of(one.vertical_offset_mm, [](double offset) { return offset != 0; });
+      config.vertical_offsets_mm = has_offsets ? one.vertical_offset_mm : std::vector<double>();
+    }
+    return used;
+  }
+
   const std::string path_;
+  std::vector<VelodyneCalibration> given_;
+  std::map<std::string, std::string> not_used_;             // by file: why
   std::set<std::pair<std::string, std::uint8_t>> unknown_;  // sender, factory byte
 };
 
