@@ -94,6 +94,9 @@ struct GnssFix {
   Geodetic position{};
   std::array<double, 3> sigma_enu{};  ///< m
   int satellites = 0;
+  /// The height is above the ellipsoid. It is false if the device gives none, or one above the geoid without the
+  /// geoid's own height; `sigma_enu` is wide enough for that.
+  bool has_height = true;
 };
 
 /// One sample of the inertial measurement unit, in the axes of Body.

@@ -67,14 +67,16 @@ struct Tally {
       ++measurements[names[m.index()]];
       if (const auto* solution = std::get_if<InsSolution>(&m)) {
         time(solution->time);
-        position(solution->position);
+        // One that is not good may have any place, or a height that is not above the ellipsoid.
+        if (solution->is_good) position(solution->position);
         ++solutions[solution->is_good ? "good" : "not_good"];
       }
       if (const auto* fix = std::get_if<GnssFix>(&m)) {
-        time(fix->time);
         ++fixes[name(fix->type)];
-        constexpr double kUnknownHeight_m = 100;  // the least sigma of a height that the receiver does not give
-        if (fix->type != FixType::None) position(fix->position, fix->sigma_enu[2] < kUnknownHeight_m);
+        if (fix->type != FixType::None) {
+          time(fix->time);  // without a fix the receiver's date may be that of its last start, or of GPS's first day
+          position(fix->position, fix->has_height);
+        }
       }
       if (const auto* mark = std::get_if<EventMark>(&m)) {
         time(mark->time);

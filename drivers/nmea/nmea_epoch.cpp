@@ -235,6 +235,7 @@ void NmeaEpoch::close(std::vector<Measurement>& out) {
   fix.time = *time;
   fix.type = fix_type(epoch.quality);
   fix.position = *epoch.place;
+  fix.has_height = epoch.has_height;
   fix.satellites = epoch.satellites;
   const double horizontal = epoch.hdop.value_or(20) * range_error(fix.type) / std::numbers::sqrt2;
   fix.sigma_enu = epoch.sigma_enu.value_or(std::array<double, 3>{horizontal, horizontal, 3 * horizontal});

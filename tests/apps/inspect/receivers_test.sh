@@ -63,6 +63,11 @@ printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n$GPGGA,120000,47
 ends 0 "$hueline" inspect flat
 says 'latitude_deg +\[47.3'
 if grep -q height said.txt; then fail "a height that nobody gave is shown"; fi
+# An attitude without the geoid is a solution that is not good: its height is above the sea, and it is not shown either.
+printf '$PASHR,120000,1,T,1,1,0,0.1,0.1,0.1,2,1*0E\r\n' >>flat
+ends 0 "$hueline" inspect flat
+says 'not_good +1'
+if grep -q height said.txt; then fail "a height above the sea is shown as one above the ellipsoid"; fi
 gzip -c receiver >receiver.gz
 ends 3 "$hueline" inspect receiver.gz
 says 'compressed as a whole: unpack it with gunzip'

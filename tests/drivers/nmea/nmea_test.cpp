@@ -84,6 +84,12 @@ TEST(Nmea, AHeightWithoutTheGeoidIsNotTrusted) {
   const Heard heard = decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") +
                              nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,"));
   EXPECT_GE(heard.all<GnssFix>().at(0).sigma_enu[2], 100);
+  EXPECT_FALSE(heard.all<GnssFix>().at(0).has_height);
+  // A poor height is one.
+  const Heard poor = decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") +
+                            nmea("GPGGA,120000,4718.0,N,00830.0,E,1,4,17.3,400,M,50,M,,"));
+  EXPECT_GT(poor.all<GnssFix>().at(0).sigma_enu[2], 100);
+  EXPECT_TRUE(poor.all<GnssFix>().at(0).has_height);
 }
 
 TEST(Nmea, DatesThatContradictMakeNoLabel) {
