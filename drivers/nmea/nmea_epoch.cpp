@@ -21,6 +21,8 @@ using std::chrono::seconds;
 enum Part : unsigned { kGga = 1, kGns = 2, kRmc = 4, kZda = 8, kGst = 16, kVtg = 32, kPashr = 64 };
 
 constexpr double kMetresPerSecondPerKnot = 1852.0 / 3600;
+/// GPS began in January 1980, and years have two digits: the smaller ones are of the next century.
+constexpr int kFirstYear = 80;
 constexpr double kUnknownHeightSigma = 100;  // m, of a height above the geoid whose geoid is not named
 
 std::optional<int> two_digits(std::string_view text, std::size_t at) {
@@ -156,7 +158,7 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
       epoch.is_valid |= s.field(2) == "A";
       if (const auto knots = s.number(7); knots && !epoch.speed) epoch.speed = *knots * kMetresPerSecondPerKnot;
       if (const auto track = s.number(8); track && !epoch.track) epoch.track = track;
-      if (day && month && year) take_date({2000 + *year, *month, *day}, received, out);
+      if (day && month && year) take_date({(*year < kFirstYear ? 2000 : 1900) + *year, *month, *day}, received, out);
       break;
     }
     case kZda:

@@ -92,6 +92,19 @@ TEST(Nmea, AHeightWithoutTheGeoidIsNotTrusted) {
   EXPECT_TRUE(poor.all<GnssFix>().at(0).has_height);
 }
 
+/// A receiver that has never had a fix names GPS's first day.
+TEST(Nmea, YearsBefore1980AreOfTheNextCentury) {
+  const auto year_of = [](const char* year) {
+    const Heard heard = decode(nmea(std::string("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,0601") + year + ",,,A") +
+                               nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,"));
+    return to_utc(heard.all<GnssFix>().at(0).time).year;
+  };
+  EXPECT_EQ(year_of("80"), 1980);
+  EXPECT_EQ(year_of("99"), 1999);
+  EXPECT_EQ(year_of("00"), 2000);
+  EXPECT_EQ(year_of("79"), 2079);
+}
+
 TEST(Nmea, DatesThatContradictMakeNoLabel) {
   const Heard heard =
       decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") + nmea("GPZDA,120000,15,07,2006,00,00") +
