@@ -50,7 +50,7 @@ const char* explanation(FaultKind kind) {
     case FaultKind::Refused:
       return "the device refused a command";
     case FaultKind::Implausible:
-      return "contradicts the values before it: used with a grown sigma, or not at all";
+      return "doubted by its source, or by the values before it: used with a grown sigma, or not at all";
   }
   return "?";
 }

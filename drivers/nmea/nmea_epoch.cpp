@@ -23,6 +23,8 @@ enum Part : unsigned { kGga = 1, kGns = 2, kRmc = 4, kZda = 8, kGst = 16, kVtg =
 constexpr double kMetresPerSecondPerKnot = 1852.0 / 3600;
 /// GPS began in January 1980, and years have two digits: the smaller ones are of the next century.
 constexpr int kFirstYear = 80;
+/// Receivers send positions of several kinds at several rates: so many without a GGA or GNS say that none will come.
+constexpr int kManyLonePositions = 20;
 constexpr double kUnknownHeightSigma = 100;  // m, of a height above the geoid whose geoid is not named
 
 std::optional<int> two_digits(std::string_view text, std::size_t at) {
@@ -122,6 +124,8 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
                         : type == "VTG"   ? kVtg
                         : type == "PASHR" ? kPashr
                                           : 0u;
+  if ((type == "RMC" && s.field(2) == "A" && place(s, 3)) || (type == "GLL" && s.field(6) == "A" && place(s, 1)))
+    note_lone_position(received, out);
   if (part == 0) return false;
   if (part == kVtg) {  // it has no time: it belongs to the epoch that is open
     if (!epoch_) return false;
@@ -138,6 +142,7 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
   switch (part) {
     case kGga:
     case kGns: {
+      knows_quality_ = true;
       const auto found = place(s, 2);
       const int quality = part == kGga ? s.whole(6).value_or(0) : quality_of(s.field(6));
       const auto height = s.number(9), undulation = s.number(part == kGga ? 11 : 10);
@@ -186,12 +191,31 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
   return true;
 }
 
-void NmeaEpoch::finish(std::vector<Measurement>& out) { close(out); }
+void NmeaEpoch::finish(std::vector<Measurement>& out) {
+  close(out);
+  if (lone_positions_ > 0) tell_lone_positions(out);
+}
+
+/// RMC and GLL have a position, but neither a height nor the kind of its fix: it makes no measurement.
+void NmeaEpoch::note_lone_position(HostTime received, std::vector<Measurement>& out) {
+  if (knows_quality_ || has_told_lone_) return;
+  lone_at_ = received;
+  if (++lone_positions_ >= kManyLonePositions) tell_lone_positions(out);
+}
+
+void NmeaEpoch::tell_lone_positions(std::vector<Measurement>& out) {
+  if (knows_quality_ || has_told_lone_) return;
+  out.emplace_back(Fault{kSystemSensor, FaultKind::Implausible, lone_at_, 1,
+                         "positions in RMC or GLL alone, which have no height and do not say how good they are: not "
+                         "used; ask the receiver for GGA"});
+  has_told_lone_ = true;
+}
 
 void NmeaEpoch::forget() {
   epoch_.reset();
   usual_ = 0;
   labelled_.reset();
+  lone_positions_ = 0;
 }
 
 void NmeaEpoch::open(nanoseconds time, unsigned part, std::vector<Measurement>& out) {

@@ -19,7 +19,8 @@ namespace hueline::drivers {
 ///
 /// The sentences of an epoch have the same time of day. An epoch is complete with the sentence that was the last one of
 /// the epoch before, or with a sentence of a later epoch. Without a date (RMC or ZDA) nothing can be stamped: a Fault
-/// NoTime says so. NMEA times are UTC: they become GPS time with the table of leap seconds.
+/// NoTime says so. Positions in RMC or GLL alone are not used, because they have no height and do not say how good they
+/// are: a Fault Implausible says so. NMEA times are UTC: they become GPS time with the table of leap seconds.
 ///
 /// HDT and THS are not used: they are the heading of two antennas, not of the vehicle.
 /// Thread safety: none; one thread calls all functions.
@@ -68,6 +69,8 @@ class NmeaEpoch {
 
   void open(nanoseconds time_of_day, unsigned part, std::vector<Measurement>& out);
   void close(std::vector<Measurement>& out);
+  void note_lone_position(HostTime received, std::vector<Measurement>& out);
+  void tell_lone_positions(std::vector<Measurement>& out);
   void take_date(const Date& date, HostTime received, std::vector<Measurement>& out);
   std::optional<GpsTime> time_of(const Epoch& epoch) const;
 
@@ -79,6 +82,10 @@ class NmeaEpoch {
   nanoseconds date_at_{0};           // the time of day that it was named with
   std::optional<GpsTime> labelled_;  // the latest second that a label named
   bool has_no_time_ = false;
+  bool knows_quality_ = false;  // a GGA or GNS came, which says how good a position is
+  int lone_positions_ = 0;      // positions of RMC and GLL before one came
+  HostTime lone_at_{};          // of the latest of them
+  bool has_told_lone_ = false;
 };
 
 }  // namespace hueline::drivers

@@ -143,7 +143,7 @@ void UbloxDecoder::forget() {
 void UbloxDecoder::finish() {
   close_epoch();
   std::vector<Measurement> last;
-  nmea_.finish(last);
+  if (!has_navigation_) nmea_.finish(last);
   emit_all(std::move(last));
 }
 

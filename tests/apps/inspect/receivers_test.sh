@@ -55,6 +55,10 @@ says 'none of its 3000 bytes belong to a message of NovAtel OEM7 binary'
 printf ';$FILEVERSION=1.1\r\n;\r\n   1)  17535.4  Tx  00000100  2  00 01 \r\n' >bus
 ends 0 "$hueline" inspect bus
 says 'id +00000100'
+# A position without its quality.
+printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n' >lonely
+ends 0 "$hueline" inspect lonely
+says 'ask the receiver for GGA'
 printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
 ends 3 "$hueline" inspect silent
 says 'silent: no line of it is a frame of a CAN bus'

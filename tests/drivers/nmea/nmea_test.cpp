@@ -105,6 +105,19 @@ TEST(Nmea, YearsBefore1980AreOfTheNextCentury) {
   EXPECT_EQ(year_of("79"), 2079);
 }
 
+TEST(Nmea, PositionsThatDoNotSayHowGoodTheyAreAreTold) {
+  const Bytes rmc = nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A"),
+              gll = nmea("GPGLL,4718.0,N,00830.0,E,120000,A"),
+              gga = nmea("GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,");
+  EXPECT_THAT(decode(rmc).faults(), ElementsAre(FaultKind::Implausible));
+  EXPECT_THAT(decode(gll + gll).faults(), ElementsAre(FaultKind::Implausible));
+  EXPECT_THAT(decode(gll + gga + rmc).faults(), ElementsAre());
+  EXPECT_THAT(decode(nmea("GPRMC,120000,V,4718.0,N,00830.0,E,0,0,010326,,,N")).faults(), ElementsAre());
+  Bytes many;
+  for (int i = 0; i < 50; ++i) many = many + gll;
+  EXPECT_THAT(decode(many).faults(), ElementsAre(FaultKind::Implausible)) << "told once, and before the stream ends";
+}
+
 TEST(Nmea, DatesThatContradictMakeNoLabel) {
   const Heard heard =
       decode(nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A") + nmea("GPZDA,120000,15,07,2006,00,00") +

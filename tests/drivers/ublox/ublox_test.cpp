@@ -176,6 +176,14 @@ TEST(Ublox, WithoutADateNothingIsStamped) {
   EXPECT_THAT(heard.faults(), ElementsAre(FaultKind::NoTime));
 }
 
+/// The sentences beside it are not used, and lack nothing.
+TEST(Ublox, AReceiverWithItsOwnMessagesNeedsNoGga) {
+  const Bytes rmc = nmea("GNRMC,000000,A,4718.0,N,00830.0,E,0,0,010326,,,A");
+  EXPECT_THAT(decode(rmc + pvt({})).faults(), ElementsAre());
+  EXPECT_EQ(decode(rmc + pvt({})).all<GnssFix>().size(), 1u);
+  EXPECT_THAT(decode(rmc).faults(), ElementsAre(FaultKind::Implausible));
+}
+
 TEST(Ublox, TheTimeOfTheWeekIsRightAndUtcIsNot) {
   // The receiver has not heard the leap seconds yet and takes them for 16.
   const Heard heard = decode(pvt({.second = 2}));
