@@ -56,6 +56,12 @@ const drivers::DeviceType* type_of_log(drivers::DeviceTypes types, const std::st
   return by_bytes ? by_bytes : by_name;
 }
 
+bool is_log_of_device(drivers::DeviceTypes types, std::string_view first) {
+  return std::ranges::any_of(types, [&](const drivers::DeviceType* type) {
+    return type->files.log.format && type->files.log.is_beginning(first);
+  });
+}
+
 /// Writes JSON as indented lines for people, one line for each value. A list of plain values stays in one line.
 void print(const Json& json, int depth, std::string& out) {
   const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
@@ -122,9 +128,10 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
-  // or later with that, a BLF with a signature.
-  if (drivers::is_blf(head) || ends_with(path, ".asc") || begins("date "sv) || ends_with(path, ".trc") ||
-      begins(";$FILEVERSION="sv) ||
+  // or later with that, a BLF with a signature. The name counts if nothing else fits: receivers' logs in ASCII have it,
+  // too.
+  const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_log_of_device(types, *first);
+  if (drivers::is_blf(head) || is_named_can || begins("date "sv) || begins(";$FILEVERSION="sv) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path, dbc_path);
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);

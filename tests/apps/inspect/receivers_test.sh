@@ -59,6 +59,13 @@ says 'id +00000100'
 printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n' >lonely
 ends 0 "$hueline" inspect lonely
 says 'ask the receiver for GGA'
+# The ending of a log of a bus is also that of a receiver's log in ASCII.
+cp lonely lonely.asc
+ends 0 "$hueline" inspect lonely.asc
+says 'NMEA 0183'
+printf 'date Mon Mar 1 12:00:00 2026\nbase hex timestamps absolute\n 0.100 1 100 Rx d 2 00 01\n' >bus.asc
+ends 0 "$hueline" inspect bus.asc
+says 'id +00000100|id +100'
 printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
 ends 3 "$hueline" inspect silent
 says 'silent: no line of it is a frame of a CAN bus'
