@@ -39,6 +39,9 @@ struct TimeLabel {
   GpsTime second{};                                ///< a whole second, already converted to GPS time
   std::optional<std::chrono::seconds> utc_offset;  ///< GPS time minus UTC, if the receiver knows it
   bool is_valid = false;  ///< the device itself considers its time valid: its clock is good and its fix is valid
+  /// The fix is valid, and the device's clock agrees with it within two seconds: the hour is right, also where nothing
+  /// disciplines that clock and the second may be wrong. Only scanners that count within the hour set it.
+  bool names_hour = false;
 };
 
 /// The time of a message that carries GPS time and arrives soon after that time. Because it cannot arrive before the

@@ -17,9 +17,12 @@ void Learnt::learn(const std::vector<Measurement>& measured) {
       if (!counter) continue;
       has_counter = true;
       has_own_counter |= counter->origin == CounterOrigin::Own;
-      if (counter->origin != CounterOrigin::Own) labels.set_period(counter->period);
+      if (counter->origin == CounterOrigin::Own) continue;
+      labels.set_period(counter->period);
+      hours.set_period(counter->period);
     } else if (const auto* label = std::get_if<TimeLabel>(&m)) {
       if (label->is_valid) labels.add(label->second, label->received);
+      if (label->names_hour) hours.add(label->second, label->received);
     } else if (const auto* status = std::get_if<LaserStatus>(&m)) {
       has_status = true;
       is_locked |= status->clock == SyncState::Locked;
@@ -31,8 +34,9 @@ void Learnt::learn(const std::vector<Measurement>& measured) {
 CloudClock::CloudClock(Learnt learnt, const DecodeOptions& options)
     : learnt_(std::move(learnt)), near_(options.near), trusts_arrivals_(options.trusts_arrivals) {
   learnt_.labels.settle();
-  is_absolute_ =
-      !learnt_.has_own_counter && (!learnt_.has_counter || learnt_.labels.is_settled() || near_ || trusts_arrivals_);
+  learnt_.hours.settle();
+  is_absolute_ = !learnt_.has_own_counter && (!learnt_.has_counter || learnt_.labels.is_settled() ||
+                                              learnt_.hours.is_settled() || near_ || trusts_arrivals_);
 }
 
 GpsTime CloudClock::of(const LaserBatch& batch) const {
@@ -55,12 +59,17 @@ std::string CloudClock::words() const {
 }
 
 std::string CloudClock::hour_by() const {
-  return learnt_.labels.is_settled() ? "its receiver's labels" : near_ ? "--near" : "the file's arrivals";
+  return learnt_.labels.is_settled() ? "its receiver's labels"
+         : near_                     ? "--near"
+         : learnt_.hours.is_settled()
+             ? "the valid RMC sentences of its receiver (without a pulse the seconds are those of the counter alone)"
+             : "the file's arrivals";
 }
 
 GpsTime CloudClock::near_to(HostTime received) const {
   if (const auto near = learnt_.labels.near(received)) return *near;
   if (near_) return *near_ + (received - learnt_.first);
+  if (const auto near = learnt_.hours.near(received)) return *near;
   return from_unix(UnixTime(received.time_since_epoch()));
 }
 

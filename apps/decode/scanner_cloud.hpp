@@ -15,6 +15,7 @@ namespace hueline::apps {
 /// What a first reading of a file tells of one device's time.
 struct Learnt {
   sync::LabelledTime labels{1};
+  sync::LabelledTime hours{1};  ///< by labels that are sure of the hour alone; used if there are no others
   bool is_scanner = false;
   bool has_counter = false;  ///< some stamps are readings of a counter
   bool has_own_counter = false;

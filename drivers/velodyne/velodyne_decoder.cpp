@@ -427,7 +427,8 @@ void VelodyneDecoder::label(const Packet& packet, const VelodynePosition& positi
   label.sensor = sensor_;
   label.received = packet.received;
   label.second = edge->second;
-  label.is_valid = agrees && rmc.is_active && position.pps.clock == SyncState::Locked;
+  label.names_hour = agrees && rmc.is_active;
+  label.is_valid = label.names_hour && position.pps.clock == SyncState::Locked;
   if (last_label_ && last_label_->second == label.second && last_label_->is_valid == label.is_valid) return;
   last_label_ = label;
   if (!agrees) {

@@ -8,6 +8,7 @@
 #include "storage/las_reader.hpp"
 #include "storage/pcd_reader.hpp"
 #include "tests/apps/captures.hpp"
+#include "tests/drivers/velodyne/velodyne_packets.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/runtime/toy_scanner/toy_scanner.hpp"
 #include "tests/support/pcap_writer.hpp"
@@ -176,6 +177,44 @@ TEST(Decode, ACutFileGivesWhatIsWholeAndSaysSo) {
   ASSERT_TRUE(decoded.ok()) << decoded.error().message;
   EXPECT_EQ(decoded->scanners.at(0).points, 2u);
   EXPECT_FALSE(decoded->trouble.ok());
+}
+
+/// A VLP-16 whose receiver has a fix and no pulse. `minute` is that of its sentences; its counter says minute 16.
+test::Bytes capture_without_pulse(int minute, bool is_active, bool has_data = true) {
+  std::vector<std::pair<std::string, unsigned>> sent;
+  const auto text = [](const test::Bytes& bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  const std::uint32_t begin_us = (16 * 60 + 40) * 1'000'000u + 100'000;
+  test::VelodyneBlocksOfPacket blocks{};
+  for (unsigned b = 0; b < 12; ++b) {
+    blocks[b].azimuth = 40 * b;
+    blocks[b].shots[0].distance = 5000;
+  }
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::string rmc =
+        fmt::format("GPRMC,08{:02}40,{},3650.0,N,00224.0,W,0,0,210116,,,A", minute, is_active ? 'A' : 'V');
+    sent.emplace_back(text(test::velodyne_position(begin_us + 1327 * i, 0, test::nmea_sentence(rmc))), 8308);
+    if (has_data) sent.emplace_back(text(test::velodyne_data(blocks, begin_us + 1327 * i, 0x37, 0x22)), 2368);
+  }
+  return capture(sent);
+}
+
+TEST(Decode, ValidSentencesNameTheHourWithoutAPulse) {
+  const TemporaryFile out("decode_hour.las", {});
+  const auto begin_of = [&](const test::Bytes& bytes) {
+    const TemporaryFile file("decode_hour.pcap", bytes);
+    const auto decoded = decode_capture(decoding(file, out));
+    EXPECT_TRUE(decoded.ok()) << decoded.error().message;
+    const auto& scanner = decoded->scanners.at(0);
+    if (scanner.begin) {
+      EXPECT_NE(scanner.clock.find("without a pulse"), std::string::npos) << scanner.clock;
+    }
+    return scanner.begin ? iso_utc(*scanner.begin) : std::string();
+  };
+  EXPECT_EQ(begin_of(capture_without_pulse(16, true)), "2016-01-21T08:16:40.100Z");
+  EXPECT_EQ(begin_of(capture_without_pulse(16, false)), "") << "a receiver without a fix may name any hour";
+  EXPECT_EQ(begin_of(capture_without_pulse(17, true)), "") << "the counter says another minute";
 }
 
 TEST(Decode, TheHourOfAVelodyneComesFromItsReceiverOrTheUser) {
