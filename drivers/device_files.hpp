@@ -38,6 +38,9 @@ class CaptureListener {
   /// Returns, for people, why a file of use_description() was not used for the devices that were heard. Empty: nothing
   /// is known but that it describes none of them.
   virtual std::string why_not_used(const std::string&) const { return {}; }
+  /// Returns, for people, what else a device of this kind sent, if nothing came by which one is recognised, and what is
+  /// missing. Empty: there is no such thing in the file.
+  virtual std::string lone_packets() const { return {}; }
   /// Returns, for people, what resembles a device of this kind but is no known model of it, and which models are known.
   /// Empty: there is no such thing in the file.
   virtual std::string unknown_models() const { return {}; }

@@ -136,6 +136,7 @@ std::string KnownCapture::why_none() const {
 std::string KnownCapture::why_none_of_topic() const {
   constexpr const char* kNone = "of no scanner that is known: ";
   if (const std::string models = state_->devices.unknown_models(); !models.empty()) return kNone + models;
+  if (std::string lone = state_->devices.lone_packets(); !lone.empty()) return lone;
   std::uint64_t datagrams = 0, bytes = 0;
   for (const auto& [from, sent] : state_->devices.strangers()) datagrams += sent.datagrams, bytes += sent.bytes;
   return fmt::format("{}{} packets of {} bytes on average", kNone, datagrams,

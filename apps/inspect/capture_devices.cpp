@@ -216,9 +216,17 @@ std::string CaptureDevices::unknown_models() const {
   return out;
 }
 
+std::string CaptureDevices::lone_packets() const {
+  std::string out;
+  for (const Listening& one : listening_)
+    if (const std::string lone = one.listener->lone_packets(); !lone.empty()) out += (out.empty() ? "" : "; ") + lone;
+  return out;
+}
+
 std::string CaptureDevices::why_undecoded(std::uint64_t packets) const {
   if (packets == 0) return "holds neither UDP datagrams nor TCP streams";
   if (const std::string unknown = unknown_models(); !unknown.empty()) return unknown + ": it is counted, not decoded";
+  if (const std::string lone = lone_packets(); !lone.empty()) return lone + ": they are counted, not decoded";
   std::string kinds, streams;
   for (const Listening& one : listening_)
     kinds += (kinds.empty() ? "" : " or ") + std::string(one.type->files.capture.kind);

@@ -58,6 +58,9 @@ class CaptureDevices {
   /// Returns, for people, what resembles a known device but is none, and which are known. Empty: there is no such
   /// thing.
   std::string unknown_models() const;
+  /// Returns, for people, packets that known kinds of devices sent without those by which a device is recognised.
+  /// Empty: there are none.
+  std::string lone_packets() const;
   /// Returns why nothing of a capture with so many packets was decoded.
   std::string why_undecoded(std::uint64_t packets) const;
   /// What a sender sent to one port that belongs to no device.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -72,7 +73,11 @@ class OusterListener final : public CaptureListener {
 
   std::optional<HeardDevice> listen(const Packet& datagram, const std::string&) override {
     const auto bytes = datagram.bytes.bytes();
-    if (!looks_like_ouster(bytes) && !is_described(given_, bytes)) return {};
+    if (!looks_like_ouster(bytes) && !is_described(given_, bytes)) {
+      imu_packets_ += is_ouster_imu(bytes) ? 1 : 0;
+      return {};
+    }
+    has_data_ = true;
     const std::vector<Described>* choice = &given_;
     if (!is_described(given_, bytes)) {
       if (!beside_) beside_ = beside(path_);
@@ -107,6 +112,12 @@ class OusterListener final : public CaptureListener {
     return is_described(used_, bytes) || (!used_.empty() && ouster_other(bytes).has_value());
   }
 
+  std::string lone_packets() const override {
+    if (has_data_ || imu_packets_ == 0) return {};
+    return fmt::format("{} packet{} of the inertial sensor of an Ouster, and no data packets, which have its points",
+                       imu_packets_, imu_packets_ == 1 ? "" : "s");
+  }
+
   std::string unknown_models() const override {
     std::string out;
     for (const auto& [bytes, why] : unknown_)
@@ -139,6 +150,8 @@ class OusterListener final : public CaptureListener {
   }
 
   const std::string path_;
+  std::uint64_t imu_packets_ = 0;  ///< before a data packet
+  bool has_data_ = false;
   std::vector<Described> given_, used_;
   std::optional<std::vector<Described>> beside_;
   std::map<std::size_t, std::string> unknown_;  ///< by size of the packets

@@ -1,5 +1,8 @@
 #include "drivers/ouster/ouster_wire.hpp"
 
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 
 namespace hueline::drivers {
@@ -34,6 +37,29 @@ std::optional<OusterOther> ouster_other(std::span<const std::byte> datagram) {
   if (datagram[0] == std::byte{2}) return OusterOther::Imu;
   if (datagram[0] == std::byte{3}) return OusterOther::Zones;
   return {};
+}
+
+bool is_ouster_imu(std::span<const std::byte> datagram) {
+  const std::byte* p = datagram.data();
+  if (datagram.size() == kLegacyImuBytes) {
+    constexpr std::uint64_t kSameMoment_ns = 100'000'000;
+    const std::uint64_t accelerated = number_at(p + 8, 8), turned = number_at(p + 16, 8);
+    const std::uint64_t apart = accelerated > turned ? accelerated - turned : turned - accelerated;
+    if (accelerated == 0 || apart > kSameMoment_ns) return false;
+    const auto value = [&](int i) {
+      return std::bit_cast<float>(static_cast<std::uint32_t>(number_at(p + 24 + 4 * i, 4)));
+    };
+    constexpr float kMostG = 32, kMostDegPerS = 4000;
+    bool is_possible = true, is_moving = false;
+    for (int i = 0; i < 6; ++i) {
+      is_possible &= std::abs(value(i)) <= (i < 3 ? kMostG : kMostDegPerS);
+      is_moving |= i < 3 && std::abs(value(i)) > 0.1F;  // gravity is in one of them
+    }
+    return is_possible && is_moving;
+  }
+  if (datagram.size() < 64 || ouster_other(datagram) != OusterOther::Imu || datagram[1] != std::byte{0}) return false;
+  const std::uint64_t serial = number_at(p + 7, 5);
+  return serial >= 100'000'000'000 && serial < 1'000'000'000'000;  // they have twelve digits
 }
 
 OusterHeader decode_ouster_header(std::span<const std::byte> packet, const OusterMetadata& metadata) {

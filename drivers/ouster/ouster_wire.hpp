@@ -35,6 +35,10 @@ namespace hueline::drivers {
 enum class OusterOther : std::uint8_t { Imu, Zones };
 /// Returns what a datagram is that is no data packet but is sent by an Ouster; nothing if it is neither.
 std::optional<OusterOther> ouster_other(std::span<const std::byte> datagram);
+/// Returns whether a datagram of an unknown sender is one of an Ouster's inertial sensor, by what is in it: a legacy
+/// packet with two stamps of one moment and values that such a sensor can have, or a header of its type with a serial
+/// number.
+bool is_ouster_imu(std::span<const std::byte> datagram);
 
 /// What a data packet says in its header.
 struct OusterHeader {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "drivers/transport/pcap_source.hpp"
 #include "drivers/velodyne/velodyne_angles.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/velodyne/velodyne_position.hpp"
 #include "drivers/velodyne/velodyne_timing.hpp"
 
 namespace hueline::drivers {
@@ -49,7 +51,12 @@ class VelodyneListener final : public CaptureListener {
   }
 
   std::optional<HeardDevice> listen(const Packet& datagram, const std::string& sender) override {
-    if (datagram.bytes.size() != kVelodyneDataBytes) return {};
+    if (datagram.bytes.size() != kVelodyneDataBytes) {
+      const auto position = decode_position(datagram.bytes.bytes());
+      if (position.ok() && position->nmea.starts_with('$')) ++positions_;
+      return {};
+    }
+    has_data_ = true;
     const std::uint8_t product = product_of(datagram);
     if (unknown_.contains({sender, product})) return {};
     const auto timed = timed_model(path_, sender);
@@ -76,6 +83,14 @@ class VelodyneListener final : public CaptureListener {
   std::string why_not_used(const std::string& description) const override {
     const auto found = not_used_.find(description);
     return found == not_used_.end() ? std::string() : found->second;
+  }
+
+  std::string lone_packets() const override {
+    if (has_data_ || positions_ == 0) return {};
+    return fmt::format(
+        "{} position packet{} of a Velodyne (512 bytes, with the sentences of its receiver), without the "
+        "data packets (1206 bytes, usually to port 2368) that have its points and its model",
+        positions_, positions_ == 1 ? "" : "s");
   }
 
   std::string unknown_models() const override {
@@ -111,6 +126,8 @@ class VelodyneListener final : public CaptureListener {
   }
 
   const std::string path_;
+  std::uint64_t positions_ = 0;  // position packets before a scanner was recognised
+  bool has_data_ = false;
   std::vector<VelodyneCalibration> given_;
   std::map<std::string, std::string> not_used_;             // by file: why
   std::set<std::pair<std::string, std::uint8_t>> unknown_;  // sender, factory byte

@@ -217,6 +217,14 @@ TEST(Decode, ValidSentencesNameTheHourWithoutAPulse) {
   EXPECT_EQ(begin_of(capture_without_pulse(17, true)), "") << "the counter says another minute";
 }
 
+TEST(Decode, PositionPacketsAloneAreNamed) {
+  const TemporaryFile file("decode_lone.pcap", capture_without_pulse(16, true, false)), out("decode_lone.las", {});
+  const auto decoded = decode_capture(decoding(file, out));
+  ASSERT_FALSE(decoded.ok());
+  EXPECT_NE(decoded.error().message.find("3 position packets of a Velodyne"), std::string::npos)
+      << decoded.error().message;
+}
+
 TEST(Decode, TheHourOfAVelodyneComesFromItsReceiverOrTheUser) {
   HUELINE_REQUIRE_DATA("velodyne/vlp16_gps.pcap");
   const TemporaryFile out("decode_gps.las", {});

@@ -2,6 +2,7 @@
 // published formulas.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -430,6 +431,27 @@ TEST(OusterListener, WithoutMetadataItSaysWhatIsMissing) {
   EXPECT_TRUE(again->is_decodable(datagram));
   EXPECT_TRUE(again->is_decodable(test::packet_of(test::Bytes(48)))) << "IMU";
   EXPECT_EQ(again->use_description((folder / "none.json").string()).error().code, ErrorCode::Io);
+}
+
+TEST(OusterListener, PacketsOfItsInertialSensorAloneAreNamed) {
+  const auto imu = [](std::uint64_t accelerated, std::uint64_t turned, float gravity) {
+    test::ByteWriter out(false);
+    out.u64(1).u64(accelerated).u64(turned);
+    for (const float value : {0.01F, -0.02F, gravity, 1.5F, -20.0F, 0.0F}) out.u32(std::bit_cast<std::uint32_t>(value));
+    return test::packet_of(out.bytes());
+  };
+  const test::TemporaryFolder folder;
+  const auto listener = listen_for_ouster((folder / "drive.pcap").string());
+  EXPECT_FALSE(listener->listen(imu(1'000'000'000, 1'001'000'000, 0.98F), "192.168.1.5"));
+  EXPECT_FALSE(listener->listen(imu(1'000'000'000, 5'001'000'000, 0.98F), "192.168.1.5")) << "of two moments";
+  EXPECT_FALSE(listener->listen(imu(1'000'000'000, 1'001'000'000, 1e20F), "192.168.1.5")) << "no acceleration";
+  EXPECT_FALSE(listener->listen(test::packet_of(test::Bytes(48)), "192.168.1.5")) << "nothing";
+  EXPECT_TRUE(listener->lone_packets().starts_with("1 packet of the inertial sensor of an Ouster"))
+      << listener->lone_packets();
+  OusterPacket packet;
+  packet.pixel = test::pixel_single(5000, 1);
+  EXPECT_FALSE(listener->listen(test::packet_of(test::ouster_bytes(packet)), "192.168.1.5"));
+  EXPECT_EQ(listener->lone_packets(), "") << "its data packets say what it is";
 }
 
 /// The maker's formulas, in its lidar frame: range r from beam origin at n, encoder and beam angles counted clockwise.
