@@ -76,15 +76,25 @@ class Values {
 
 Error malformed(std::string_view what) { return {ErrorCode::Malformed, fmt::format("LMDscandata: {}", what)}; }
 
+/// Returns the step of the angle from one value to the next, of which the telegram has a rounded number: it has 3333
+/// where a turn has 1080 steps of 1/3 deg, which is 0.03 deg off at the end of a scan. A turn has as many steps as are
+/// measured while the mirror turns once, if that is a whole number and is the same within the rounding.
+double unrounded_step(std::int16_t told, double steps_a_turn) {
+  const double step = told * kAngleUnit, steps = std::round(steps_a_turn);
+  if (!(steps >= 1) || std::abs(steps_a_turn - steps) > 1e-3) return step;
+  const double exact = 360 * kRadPerDeg / steps;
+  return std::abs(std::abs(step) - exact) < kAngleUnit ? std::copysign(exact, step) : step;
+}
+
 /// Reads a channel. Returns false if it is cut or its numbers are none.
-bool read_channel(Values& values, bool is_byte, SickChannel& out) {
+bool read_channel(Values& values, bool is_byte, double steps_a_turn, SickChannel& out) {
   out.is_byte = is_byte;
   out.name = values.characters(5);
   out.scale = values.f32();
   out.offset = values.f32();
   out.start = values.i32() * kAngleUnit;
   // The step has a sign: scanners that are mounted overhead may count downwards.
-  out.step = static_cast<std::int16_t>(values.u16()) * kAngleUnit;
+  out.step = unrounded_step(static_cast<std::int16_t>(values.u16()), steps_a_turn);
   const std::uint16_t count = values.u16();
   if (!(std::abs(out.scale) < 1e6) || !(std::abs(out.offset) < 1e9)) return false;
   for (std::uint16_t i = 0; i < count && values.is_whole(); ++i)
@@ -138,7 +148,8 @@ Result<SickScan> read_sick_scan(const SickTelegram& telegram) {
   for (int i = 0; i < 4; ++i) values.u8();
   out.layer = static_cast<std::int16_t>(values.u16());
   out.scan_hz = values.u32() * 0.01;
-  values.u32();
+  const double measured_hz = values.u32() * 100.0;
+  const double steps_a_turn = out.scan_hz > 0 ? measured_hz / out.scan_hz : 0;
   const std::uint16_t encoders = values.u16();
   if (!values.is_whole()) return malformed("its head is cut");
   if (encoders > kMostEncoders) return malformed(fmt::format("{} encoders, {} are the most", encoders, kMostEncoders));
@@ -151,7 +162,7 @@ Result<SickScan> read_sick_scan(const SickTelegram& telegram) {
     if (channels > kMostChannels)
       return malformed(fmt::format("{} channels, {} are the most", channels, kMostChannels));
     for (std::uint16_t i = 0; i < channels; ++i)
-      if (!read_channel(values, is_byte, out.channels.emplace_back()))
+      if (!read_channel(values, is_byte, steps_a_turn, out.channels.emplace_back()))
         return malformed(fmt::format("channel {} ({}) is cut, or its scale is no number", i, out.channels.back().name));
   }
   if (!values.is_whole()) return malformed("its channels are cut");

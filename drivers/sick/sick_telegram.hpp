@@ -27,11 +27,13 @@ Result<SickTelegram> read_sick_telegram(std::span<const std::byte> bytes, bool i
 
 /// One measured quantity of a scan, such as the distances of the first echo.
 struct SickChannel {
-  std::string name;            ///< "DIST1" to "DIST5", "RSSI1" to "RSSI5", "ANGL1", ...
-  double scale = 1;            ///< mm a step, for distances
-  double offset = 0;           ///< mm
-  double start = 0, step = 0;  ///< direction of the first value, and from one to the next, rad
-  bool is_byte = false;        ///< the values have 8 bits
+  std::string name;   ///< "DIST1" to "DIST5", "RSSI1" to "RSSI5", "ANGL1", ...
+  double scale = 1;   ///< mm a step, for distances
+  double offset = 0;  ///< mm
+  /// Direction of the first value, and from one to the next, rad. The step is the one by which the scanner divides a
+  /// turn, not rounded as in the telegram, if the frequencies of the telegram tell it.
+  double start = 0, step = 0;
+  bool is_byte = false;  ///< the values have 8 bits
   std::vector<std::uint16_t> values;
 };
 

@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string>
 
 #include "drivers/sick/sick_decoder.hpp"
+#include "drivers/sick/sick_telegram.hpp"
 #include "tests/drivers/stream/stream_bytes.hpp"
 
 namespace hueline::drivers {
@@ -37,14 +39,12 @@ struct Scan {
   std::uint32_t since_us = 5'000'000;
   std::uint16_t layer = 0;
   std::uint32_t frequency = 2500;
+  std::uint16_t step = 16'667;  // 45 deg does not fit into 16 bits of 0.0001 deg: 1.6667 deg is used
   Bytes clock = big(std::uint16_t{2026}) + Bytes{3, 1, 12, 30, 15} + big(std::uint32_t{250'000});
 
-  static Bytes channel(const char* name, float scale, bool is_byte, std::initializer_list<std::uint16_t> values) {
-    Bytes out = bytes_of(name) + big(scale) + big(0.0f) + big(std::int32_t{-50'000}) + big(std::uint16_t{0}) +
+  Bytes channel(const char* name, float scale, bool is_byte, std::initializer_list<std::uint16_t> values) const {
+    Bytes out = bytes_of(name) + big(scale) + big(0.0f) + big(std::int32_t{-50'000}) + big(step) +
                 big(static_cast<std::uint16_t>(values.size()));
-    // The step of 45 deg does not fit into 16 bits of 0.0001 deg: 1.6667 deg is used.
-    out[out.size() - 4] = 16'667 >> 8;
-    out[out.size() - 3] = 16'667 & 255;
     for (const std::uint16_t value : values)
       out = out + (is_byte ? Bytes{static_cast<std::uint8_t>(value)} : big(value));
     return out;
@@ -67,6 +67,23 @@ Heard decode(const Bytes& bytes, SickDecoder::Config config = {}, std::size_t ch
   return heard;
 }
 constexpr double kRad = std::numbers::pi / 180;
+
+/// 54000 measurements a second at 50 turns a second are 1080 a turn.
+TEST(Sick, TheStepOfTheAngleIsThatOfTheTurnIfTheTelegramRoundsIt) {
+  const auto step_of = [](std::uint16_t told, std::uint32_t frequency) {
+    const Scan scan{.frequency = frequency, .step = told};
+    const Bytes bytes = bytes_of("sSN LMDscandata ") + scan.values();
+    const auto telegram = read_sick_telegram(std::as_bytes(std::span(bytes)), false);
+    return read_sick_scan(*telegram)->channels.at(0).step / kRad;
+  };
+  EXPECT_NEAR(step_of(3333, 5000), 1.0 / 3, 1e-12);
+  EXPECT_NEAR(step_of(static_cast<std::uint16_t>(-3333), 5000), -1.0 / 3, 1e-12);
+  EXPECT_NEAR(step_of(1667, 2500), 1.0 / 6, 1e-12);
+  EXPECT_NEAR(step_of(5000, 7500), 0.5, 1e-12);
+  EXPECT_NEAR(step_of(5000, 5000), 0.5, 1e-12) << "another step than that of the frequencies is what the telegram says";
+  EXPECT_NEAR(step_of(3333, 4321), 0.3333, 1e-12) << "no whole number of steps";
+  EXPECT_NEAR(step_of(3333, 0), 0.3333, 1e-12);
+}
 
 TEST(Sick, AScanInColaB) {
   for (const std::size_t chunk : {1u, 7u, 4096u}) {
