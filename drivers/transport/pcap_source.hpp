@@ -26,8 +26,7 @@ namespace hueline::drivers {
 ///   headers are broken, they are fragments of a datagram that never became whole, or their link type is not read.
 /// - WrongDevice, before the end: the file holds no datagram of the device; the detail says what it holds instead.
 /// - WrongDevice, with Protocol::Udp and without a `source_address`: a datagram comes from another address than the
-/// first one. It is delivered
-///   after its fault.
+///   first one. It is delivered after its fault.
 ///
 /// With Protocol::Tcp the source delivers what one device sends by TCP, in pieces of any size. Of each connection that
 /// is the side that `ports` and `source_address` name, and without them the side with the lower port: devices are
