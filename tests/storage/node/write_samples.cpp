@@ -90,7 +90,9 @@ bool write_parts(const std::filesystem::path& folder) {
       products::split_cloud(folder / "cloud.las", parts, *products::CloudSplit::parse("tile:50m"), {}, false, {});
   if (!written) return !failed(written.error());
   const auto cloud = LasReader::open(folder / "cloud.las");
-  return cloud && !failed(products::write_part_index(parts / "index.geojson", written->parts, cloud->wkt()));
+  if (!cloud) return !failed(cloud.error());
+  const auto indexed = products::write_part_index(parts / "index.geojson", written->parts, cloud->wkt());
+  return indexed ? *indexed : !failed(indexed.error());
 }
 
 bool write_cloud(const std::filesystem::path& folder) {
