@@ -16,9 +16,16 @@ namespace {
 
 constexpr std::uint64_t kMostBytes = 1'000'000;
 constexpr std::size_t kMostChannels = 1024;
+/// The beams of one scanner point elsewhere than its model's nominal directions say, by some tenths of a degree: the
+/// calibrations of scanners that were compared are up to 0.17 degrees off. What is farther off is not of this model.
+constexpr double kMostOffNominal_deg = 1.5;
 
-}  // namespace
+bool has_as_many(const BeamAngles& a, const BeamAngles& b) {
+  return a.elevations_deg.size() == b.elevations_deg.size() && a.azimuths_deg.size() == b.azimuths_deg.size();
+}
 
+/// Compares the directions of one scanner with the nominal ones of a model that has as many beams. Returns, for people,
+/// the beam that is farthest off and where it and the model's point, or nothing if all are near enough.
 std::string off_nominal(const BeamAngles& given, const BeamAngles& nominal) {
   std::size_t farthest = 0;
   double most_deg = 0;
@@ -36,6 +43,22 @@ std::string off_nominal(const BeamAngles& given, const BeamAngles& nominal) {
       "channel {} points to elevation {:.3f} and azimuth {:.3f} deg, the model's to {:.3f} and {:.3f} deg",
       farthest + 1, given.elevations_deg[farthest], given.azimuths_deg[farthest], nominal.elevations_deg[farthest],
       nominal.azimuths_deg[farthest]);
+}
+
+}  // namespace
+
+std::string why_not_of(const ModelAngles& model, const std::vector<ModelAngles>& all, const BeamAngles& given,
+                       const std::string& other_count) {
+  const std::string wrong = has_as_many(model.nominal, given) ? off_nominal(given, model.nominal) : other_count;
+  if (wrong.empty()) return {};
+  std::string others;
+  for (const ModelAngles& other : all)
+    if (has_as_many(other.nominal, given) && off_nominal(given, other.nominal).empty())
+      others += fmt::format("{}{}", others.empty() ? "" : " or ", other.model);
+  return fmt::format(
+      "these are not the directions of a {}: {}; a scanner's own are within {} deg of its model's{}; give the file of "
+      "this very scanner",
+      model.model, wrong, kMostOffNominal_deg, others.empty() ? "" : ", and these fit the model " + others);
 }
 
 Result<BeamAngles> read_beam_angles(const std::string& path) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
@@ -15,13 +16,27 @@ struct BeamAngles {
   std::string file;  ///< from which they were read
 };
 
-/// The beams of one scanner point elsewhere than its model's nominal directions say, by some tenths of a degree: the
-/// calibrations of scanners that were compared are up to 0.17 degrees off. What is farther off is not of this model.
-constexpr double kMostOffNominal_deg = 1.5;
+/// A model, and the directions that the maker's manual has for its beams.
+struct ModelAngles {
+  std::string_view model;
+  BeamAngles nominal;
+};
 
-/// Compares the directions of one scanner with the nominal ones of a model that has as many beams. Returns, for people,
-/// the beam that is farthest off and where it and the model's point, or nothing if all are near enough.
-std::string off_nominal(const BeamAngles& given, const BeamAngles& nominal);
+/// Returns the directions of beams that have an elevation_deg and an azimuth_deg.
+template <class Beams>
+BeamAngles angles_of(const Beams& beams) {
+  BeamAngles out;
+  for (const auto& beam : beams) {
+    out.elevations_deg.push_back(beam.elevation_deg);
+    out.azimuths_deg.push_back(beam.azimuth_deg);
+  }
+  return out;
+}
+
+/// Returns, for people, why these are not the directions of a scanner of a model, and which of `all` models they fit.
+/// Empty: they can be its own. `other_count` is what is said where the model has another number of beams.
+std::string why_not_of(const ModelAngles& model, const std::vector<ModelAngles>& all, const BeamAngles& given,
+                       const std::string& other_count);
 
 /// Reads a calibration file. Errors: Unsupported (the file is no such text), Malformed (with the line), Io.
 Result<BeamAngles> read_beam_angles(const std::string& path);

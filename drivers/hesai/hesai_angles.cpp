@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace hueline::drivers {
 namespace {
@@ -25,35 +26,13 @@ const HesaiTable* model_named(const std::filesystem::path& file) {
   return found;
 }
 
-/// Returns the directions that the maker's manual has for a model.
-BeamAngles nominal_angles(const HesaiTable& table) {
-  BeamAngles out;
-  for (const HesaiBeam& beam : table.beams) {
-    out.elevations_deg.push_back(beam.elevation_deg);
-    out.azimuths_deg.push_back(beam.azimuth_deg);
-  }
-  return out;
-}
-
-bool has_as_many(const HesaiTable& table, const BeamAngles& angles) {
-  return angles.elevations_deg.size() == table.beams.size() && angles.azimuths_deg.size() == table.beams.size();
-}
-
 }  // namespace
 
 std::string why_not_of(const HesaiTable& table, const BeamAngles& angles) {
-  std::string others;
-  for (const HesaiTable& other : hesai_tables())
-    if (has_as_many(other, angles) && off_nominal(angles, nominal_angles(other)).empty())
-      others += fmt::format("{}{}", others.empty() ? "" : " or ", other.name);
-  std::string wrong = has_as_many(table, angles) ? off_nominal(angles, nominal_angles(table))
-                                                 : fmt::format("it has {} channels, the model {}",
-                                                               angles.elevations_deg.size(), table.beams.size());
-  if (wrong.empty()) return {};
-  return fmt::format(
-      "these are not the directions of a {}: {}; a scanner's own are within {} deg of its model's{}; give the file of "
-      "this very scanner",
-      table.name, wrong, kMostOffNominal_deg, others.empty() ? "" : ", and these fit the model " + others);
+  std::vector<ModelAngles> models;
+  for (const HesaiTable& one : hesai_tables()) models.push_back({one.name, angles_of(one.beams)});
+  return why_not_of({table.name, angles_of(table.beams)}, models, angles,
+                    fmt::format("it has {} channels, the model {}", angles.elevations_deg.size(), table.beams.size()));
 }
 
 std::optional<BeamAngles> find_hesai_angles(const std::string& path, const HesaiTable& table) {

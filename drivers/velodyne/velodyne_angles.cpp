@@ -71,20 +71,6 @@ Result<std::vector<LaserKeys>> lasers_in(const std::string& path, std::string te
   return out;
 }
 
-/// Returns the directions that the maker's manual has for a model.
-BeamAngles nominal_angles(const VelodyneTable& table) {
-  BeamAngles out;
-  for (const VelodyneLaser& laser : table.lasers) {
-    out.elevations_deg.push_back(laser.elevation_deg);
-    out.azimuths_deg.push_back(laser.azimuth_deg);
-  }
-  return out;
-}
-
-bool has_as_many(const VelodyneTable& table, const BeamAngles& angles) {
-  return angles.elevations_deg.size() == table.lasers.size() && angles.azimuths_deg.size() == table.lasers.size();
-}
-
 }  // namespace
 
 Result<VelodyneCalibration> read_velodyne_calibration(const std::string& path) {
@@ -125,20 +111,12 @@ Result<VelodyneCalibration> read_velodyne_calibration(const std::string& path) {
 }
 
 std::string why_not_of(const VelodyneTable& table, const BeamAngles& angles) {
-  const std::string wrong = has_as_many(table, angles) ? off_nominal(angles, nominal_angles(table))
-                                                       : fmt::format("there are {} lasers, the model has {}",
-                                                                     angles.elevations_deg.size(), table.lasers.size());
-  if (wrong.empty()) return {};
-  std::string others;
-  for (const VelodyneModel model : kVelodyneModels) {
-    const VelodyneTable& other = velodyne_table(model);
-    if (has_as_many(other, angles) && off_nominal(angles, nominal_angles(other)).empty())
-      others += fmt::format("{}{}", others.empty() ? "" : " or ", other.name);
-  }
-  return fmt::format(
-      "these are not the directions of a {}: {}; a scanner's own are within {} deg of its model's{}; give the file of "
-      "this very scanner",
-      table.name, wrong, kMostOffNominal_deg, others.empty() ? "" : ", and these fit the model " + others);
+  std::vector<ModelAngles> models;
+  for (const VelodyneModel model : kVelodyneModels)
+    models.push_back({velodyne_table(model).name, angles_of(velodyne_table(model).lasers)});
+  return why_not_of(
+      {table.name, angles_of(table.lasers)}, models, angles,
+      fmt::format("there are {} lasers, the model has {}", angles.elevations_deg.size(), table.lasers.size()));
 }
 
 std::string why_not_of(const VelodyneTable& table, const VelodyneCalibration& calibration) {
@@ -146,8 +124,7 @@ std::string why_not_of(const VelodyneTable& table, const VelodyneCalibration& ca
   if (!calibration.moves_points) return {};
   return fmt::format(
       "it corrects distances, or has beams that begin aside (dist_correction, horiz_offset_correction), which a {} "
-      "does "
-      "not need and which is not supported; give the file of this very scanner",
+      "does not need and which is not supported; give the file of this very scanner",
       table.name);
 }
 
