@@ -18,9 +18,7 @@ class ToGeographic {
   explicit ToGeographic(const std::string& wkt) {
     const storage::ProjObject crs(proj_create(context_.get(), wkt.c_str()));
     if (!crs) return;
-    const storage::ProjObject flat(proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS
-                                       ? proj_crs_get_sub_crs(context_.get(), crs.get(), 0)
-                                       : proj_clone(context_.get(), crs.get()));
+    const storage::ProjObject flat = storage::horizontal_part(context_.get(), crs.get());
     const PJ_TYPE type = flat ? proj_get_type(flat.get()) : PJ_TYPE_UNKNOWN;
     // Of a CRS of another kind, x and y are no places on a map: geocentric coordinates, or those of a building site.
     if (type != PJ_TYPE_PROJECTED_CRS && type != PJ_TYPE_GEOGRAPHIC_2D_CRS && type != PJ_TYPE_GEOGRAPHIC_3D_CRS &&

@@ -34,10 +34,7 @@ std::map<std::uint16_t, std::uint16_t> geo_keys(const LasReader& cloud) {
 Result<CrsUnit> unit_of(const std::string& definition) {
   const ProjContext context;
   const ProjObject crs(proj_create(context.get(), definition.c_str()));
-  ProjObject flat(crs && proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS
-                      ? proj_crs_get_sub_crs(context.get(), crs.get(), 0)
-                  : crs ? proj_clone(context.get(), crs.get())
-                        : nullptr);
+  ProjObject flat = horizontal_part(context.get(), crs.get());
   if (flat && proj_get_type(flat.get()) == PJ_TYPE_BOUND_CRS)
     flat.reset(proj_get_source_crs(context.get(), flat.get()));
   CrsUnit out;

@@ -146,8 +146,7 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
   const ProjObject crs(proj_create(context, out.crs_.c_str()));
   if (!crs) return invalid("is not known to PROJ: give the code of a projected CRS, or utm");
   const bool is_compound = proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS;
-  const ProjObject horizontal(is_compound ? proj_crs_get_sub_crs(context, crs.get(), 0)
-                                          : proj_clone(context, crs.get()));
+  const ProjObject horizontal = horizontal_part(context, crs.get());
   if (!horizontal) return invalid("has no horizontal part");
   if (const std::string why = objection(context, horizontal.get(), place); !why.empty()) return invalid(why);
   if (is_compound && !config.geoid.empty()) return invalid("has heights of its own; leave out cloud.geoid");

@@ -27,4 +27,10 @@ Status ProjContext::database() const {
                "PROJ's database (package proj-data) is missing or cannot be read: " + *trouble_};
 }
 
+ProjObject horizontal_part(PJ_CONTEXT* context, const PJ* crs) {
+  if (crs == nullptr) return nullptr;
+  return ProjObject(proj_get_type(crs) == PJ_TYPE_COMPOUND_CRS ? proj_crs_get_sub_crs(context, crs, 0)
+                                                               : proj_clone(context, crs));
+}
+
 }  // namespace hueline::storage

@@ -31,4 +31,7 @@ class ProjContext {
   std::unique_ptr<PJ_CONTEXT, FreeProj> context_;
 };
 
+/// Returns the horizontal part of a compound CRS, and any other CRS as it is; null for null.
+ProjObject horizontal_part(PJ_CONTEXT* context, const PJ* crs);
+
 }  // namespace hueline::storage
