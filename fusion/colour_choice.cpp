@@ -153,8 +153,8 @@ void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* point
     piece.rendered.clear();
     piece.group.clear();
     for (std::size_t d = 0; d < count; ++d) {
-      if (sights.lens[d] == kNoLens) continue;
       if (d + kAhead < count) Visibility::prefetch(moment, seen.cell[piece.doubtful[d + kAhead]]);
+      if (sights.lens[d] == kNoLens) continue;
       const FloatLens& lens = projector_.lenses()[sights.lens[d]];
       if (is_dimmed(gains, sights.lens[d]) && is_saturated(piece.pixels[d])) continue;
       const std::size_t k = piece.doubtful[d];
@@ -262,12 +262,7 @@ bool Colouring::sees(const Moment& moment, const ColouredPoint& point, Sight& si
 /// Chooses for the points of piece.rest from any candidate.
 void Colouring::choose_rest(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
   const bool is_visible = config_.choice == ExposureChoice::Visible;
-  const RelativePlaces& from = batch.placed.places;
-  piece.places.resize(piece.rest.size());
-  for (std::size_t k = 0; k < piece.rest.size(); ++k) {
-    const std::uint32_t i = piece.rest[k];
-    piece.places.set(k, {from.x[i], from.y[i], from.z[i]});
-  }
+  piece.gather(batch.placed.places, piece.rest);
   piece.doubtful.clear();
   if (is_visible) {
     piece.seen.resize(std::max(piece.seen.size(), piece.candidates.size()));

@@ -103,11 +103,7 @@ void Colouring::paint_chosen(const PlacedBatch& batch, ColouredPoint* points, Pi
     for (std::size_t i = 0; i < from.size(); ++i)
       if (piece.found[i].moment == candidate) piece.group.push_back(static_cast<std::uint32_t>(i));
     if (piece.group.empty()) continue;
-    piece.places.resize(piece.group.size());
-    for (std::size_t k = 0; k < piece.group.size(); ++k) {
-      const std::uint32_t i = piece.group[k];
-      piece.places.set(k, {from.x[i], from.y[i], from.z[i]});
-    }
+    piece.gather(from, piece.group);
     projector_.see_each(moment.viewpoint->relative_to(batch.placed.scanner_enu), moment.viewpoint->motion, piece.places,
                         moment.has_image.data(), moment.blind, piece.sights);
     paint_group(moment, config_.choice == ExposureChoice::Visible, points, piece);

@@ -54,6 +54,15 @@ struct Rendered {
 
 /// Working memory for one batch in the colouring. It is reused.
 struct Colouring::Piece {
+  /// Fills `places` with those of `from` that have these indices.
+  void gather(const RelativePlaces& from, const std::vector<std::uint32_t>& indices) {
+    places.resize(indices.size());
+    for (std::size_t k = 0; k < indices.size(); ++k) {
+      const std::uint32_t i = indices[k];
+      places.set(k, {from.x[i], from.y[i], from.z[i]});
+    }
+  }
+
   std::array<std::uint64_t, kColourStates> by_state{};
   std::vector<int> candidates;  ///< indices of the moments that may give a colour, the nearest in time first
   Visibility::OfBatch sightings;
