@@ -102,12 +102,7 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
 bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Logs>& out) {
   const bool is_extended = type == "novatel_oem7_msgs/INSPVAX";
   const RosHeader header = in.take_header();
-  in.take_string();  // nov_header: name, id, type, sequence, time status
-  in.take<std::uint16_t>();
-  in.take<std::uint8_t>();
-  in.take<std::uint32_t>();
-  in.take<std::uint8_t>();
-  const auto week = in.take<std::uint16_t>();
+  const auto week = take_receiver_week(in);
   const auto milliseconds = in.take<std::uint32_t>();
   Pva pva;
   pva.time = from_gps_week(week, std::chrono::milliseconds(milliseconds));

@@ -17,12 +17,7 @@ bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 
 /// A solution of a receiver that does not know its week has no time.
 std::optional<UnixTime> stamp_of_solution(RosReader in) {
   const RosHeader header = in.take_header();
-  in.take_string();  // nov_header: name, id, type, sequence, time status
-  in.take<std::uint16_t>();
-  in.take<std::uint8_t>();
-  in.take<std::uint32_t>();
-  in.take<std::uint8_t>();
-  const auto week = in.take<std::uint16_t>();
+  const auto week = take_receiver_week(in);
   return in.ok() && week != 0 ? std::optional(header.stamp) : std::nullopt;
 }
 
@@ -38,6 +33,15 @@ std::optional<UnixTime> time_of(const std::optional<T>& message) {
 }
 
 }  // namespace
+
+std::uint16_t take_receiver_week(RosReader& in) {
+  in.take_string();
+  in.take<std::uint16_t>();
+  in.take<std::uint8_t>();
+  in.take<std::uint32_t>();
+  in.take<std::uint8_t>();
+  return in.take<std::uint16_t>();
+}
 
 RosPoseRank pose_rank(std::string_view type) {
   if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;

@@ -43,6 +43,9 @@ std::optional<RosOrientation> take_orientation(RosReader imu);
 std::optional<RosPosition> take_position(RosReader nav_sat_fix);
 std::optional<RosLocalPose> take_local_pose(RosReader odometry);
 
+/// Takes nov_header of novatel_oem7_msgs (name, id, type, sequence, time status) up to the GPS week, and returns that.
+std::uint16_t take_receiver_week(RosReader& in);
+
 /// Returns header.stamp of a message of a type that has a rank; nothing if the message cannot be used for a pose.
 std::optional<UnixTime> pose_stamp(std::string_view type, RosReader message);
 
