@@ -20,6 +20,7 @@ constexpr double kDiffers = 20;                            // CIELAB
 constexpr int kColumn_px = 4;
 constexpr double kFewestGaps = 0.1;  // as a share of the points; fewer are those of outlines
 constexpr std::size_t kFewest = 3;   // points that give a colour
+constexpr std::size_t kMost = 128;   // points that are compared with each other; of more, every so many-th is taken
 
 /// CIELAB of an sRGB colour, for a white of D65.
 Eigen::Vector3d lab_of(const ShotPoint& p) {
@@ -35,8 +36,11 @@ Eigen::Vector3d lab_of(const ShotPoint& p) {
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
 
-/// The colour of those that has the smallest sum of differences to the others.
-Eigen::Vector3d medoid(const std::vector<Eigen::Vector3d>& colours) {
+/// The colour of these points that has the smallest sum of differences to the others.
+Eigen::Vector3d medoid(const std::vector<std::size_t>& points, const std::vector<Eigen::Vector3d>& labs) {
+  std::vector<Eigen::Vector3d> colours;
+  const std::size_t step = (points.size() + kMost - 1) / kMost;
+  for (std::size_t i = 0; i < points.size(); i += step) colours.push_back(labs[points[i]]);
   std::size_t best = 0;
   double least = INFINITY;
   for (std::size_t i = 0; i < colours.size(); ++i) {
@@ -88,7 +92,10 @@ OutlineFigures judge_outlines(std::span<const Point<Scanner>> places, std::span<
         if (is_before(points[j], points[i])) is_behind[i] = 1;
       });
   OutlineFigures out;
-  std::vector<Eigen::Vector3d> nearer, own;
+  std::vector<Eigen::Vector3d> labs(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points[i].state == ColourState::Direct) labs[i] = lab_of(points[i]);
+  std::vector<std::size_t> nearer, own;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (is_behind[i] == 0) continue;
     nearer.clear();
@@ -97,14 +104,14 @@ OutlineFigures judge_outlines(std::span<const Point<Scanner>> places, std::span<
     cells.around(points[i], 3 * reach_px, [&](std::size_t j) {
       if (is_behind[j] != 0) return;
       if ((places[j].xyz - places[i].xyz).norm() < surface_m) {
-        own.push_back(lab_of(points[j]));
+        own.push_back(j);
       } else if (is_before(points[j], points[i]) &&
                  portable::hypot(points[j].u - points[i].u, points[j].v - points[i].v) <= reach_px) {
-        nearer.push_back(lab_of(points[j]));
+        nearer.push_back(j);
       }
     });
     if (nearer.size() < kFewest || own.size() < kFewest) continue;
-    const Eigen::Vector3d before = medoid(nearer), surface = medoid(own), here = lab_of(points[i]);
+    const Eigen::Vector3d before = medoid(nearer, labs), surface = medoid(own, labs), here = labs[i];
     if ((before - surface).norm() < kDiffers) continue;
     const std::size_t foreign = (here - before).norm() < (here - surface).norm() ? 1 : 0;
     for (OutlineShare* share : {&out.all, tested[i].is_hidden ? &out.refused : &out.kept}) {
