@@ -15,7 +15,7 @@
 #include "core/calendar.hpp"
 #include "products/laz_file.hpp"
 #include "products/points_at_once.hpp"
-#include "storage/crs_unit.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {

@@ -6,6 +6,7 @@
 #include "products/cloud_export.hpp"
 #include "products/e57_file.hpp"
 #include "products/points_at_once.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
@@ -22,7 +23,9 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   E57Scan scan;
   scan.name = cloud.stem().string();
   scan.software = software;
-  scan.crs = reader->wkt();
+  const Result<std::string> crs = storage::crs_wkt(*reader);
+  if (!crs) return crs.error();
+  scan.crs = *crs;
   scan.has_colour = reader->has_colour();
   scan.has_intensity = true;
   const bool has_time = (reader->header().global_encoding & storage::kLasAdjustedTime) != 0;

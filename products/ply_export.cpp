@@ -6,6 +6,7 @@
 #include "products/cloud_export.hpp"
 #include "products/ply_file.hpp"
 #include "products/points_at_once.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::products {
@@ -50,10 +51,12 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
     comments.emplace_back(reader->header().global_encoding & storage::kLasAdjustedTime
                               ? "time: GPS seconds - 1e9 (adjusted standard GPS time)"
                               : "time: GPS seconds of the week");
-  if (std::string wkt = reader->wkt(); !wkt.empty()) {
+  Result<std::string> wkt = storage::crs_wkt(*reader);
+  if (!wkt) return wkt.error();
+  if (!wkt->empty()) {
     std::replace_if(
-        wkt.begin(), wkt.end(), [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
-    comments.push_back("crs " + wkt);
+        wkt->begin(), wkt->end(), [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
+    comments.push_back("crs " + *wkt);
   }
   const Result<bool> has_byte_colours = reader->has_byte_colours();
   if (!has_byte_colours) return has_byte_colours.error();

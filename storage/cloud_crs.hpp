@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/result.hpp"
 #include "storage/las_reader.hpp"
 
@@ -15,5 +17,9 @@ struct CrsUnit {
 /// know, it is the metre. Error: Unavailable if PROJ's database cannot be read. Thread safety: one thread per cloud.
 /// Source: LAS 1.4 R15 (coordinate reference system records); GeoTIFF 1.1 (OGC 19-008r4).
 Result<CrsUnit> crs_unit(const LasReader& cloud);
+
+/// Returns a cloud's CRS as WKT (OGC 01-009): its record, or what PROJ knows of the EPSG numbers in its GeoTIFF keys.
+/// Empty if it has neither, or keys that describe a CRS of their own. Error and thread safety: those of crs_unit().
+Result<std::string> crs_wkt(const LasReader& cloud);
 
 }  // namespace hueline::storage

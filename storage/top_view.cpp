@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
+#include "storage/cloud_crs.hpp"
 #include "storage/cloud_picture.hpp"
-#include "storage/crs_unit.hpp"
 #include "storage/drawing.hpp"
 #include "storage/point_colour.hpp"
 

@@ -15,6 +15,7 @@
 #include "products/cloud_split.hpp"
 #include "runtime/recording.hpp"
 #include "runtime/version.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::apps {
@@ -66,16 +67,21 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     return opening_status(done.error());
   }
   const auto source = storage::LasReader::open(cloud);
-  const std::string wkt = source.ok() ? source->wkt() : std::string();
-  const Result<bool> indexed = products::write_part_index(folder->path() / "index.geojson", done->parts, wkt);
+  const Result<std::string> wkt = source.ok() ? storage::crs_wkt(*source) : Result<std::string>(source.error());
+  if (!wkt.ok()) {
+    log_error(wkt.error().message);
+    return opening_status(wkt.error());
+  }
+  const Result<bool> indexed = products::write_part_index(folder->path() / "index.geojson", done->parts, *wkt);
   if (!indexed.ok()) {
     log_error(indexed.error().message);
     return kOutputRefused;
   }
   if (!*indexed)
     log_warning("index.geojson has no rectangles: the cloud {}",
-                wkt.empty() ? "says no CRS in words (WKT)" : "is in a CRS that is neither projected nor geographic");
-  if (source.ok()) tell_left_out(words.out, source->left_out());
+                wkt->empty() ? "says no CRS, neither in words (WKT) nor by its number (EPSG)"
+                             : "is in a CRS that is neither projected nor geographic");
+  tell_left_out(words.out, source->left_out());
   std::uint64_t points = 0, bytes = 0;
   for (const products::CloudPart& part : done->parts) {
     points += part.points;

@@ -12,6 +12,7 @@
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
 #include "core/mounting.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/cloud_file.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
@@ -81,7 +82,9 @@ Inspection inspect_las(const std::string& path) {
   std::vector<std::string> fields;
   for (const auto& field : reader->extra_fields()) fields.push_back(field.name);
   json["extra_fields"] = fields;
-  json["crs"] = reader->wkt();
+  const Result<std::string> crs = storage::crs_wkt(*reader);
+  if (!crs.ok()) return {nullptr, crs.error()};
+  json["crs"] = *crs;
   return out;
 }
 

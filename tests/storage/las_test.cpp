@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "storage/crs_unit.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/las_points.hpp"
@@ -391,23 +391,44 @@ TEST(LasReader, KnowsColoursOfEightBits) {
   EXPECT_FALSE(has_byte_colours(256));
 }
 
-TEST(CrsUnit, IsThatOfTheWktOrOfTheGeoTiffKeys) {
+/// The record of GeoTIFF keys: key, value, key, value ...
+LasVlr geo_keys(const std::vector<std::uint16_t>& values) {
+  Bytes data;
+  for (const std::uint16_t value : std::array<std::uint16_t, 3>{1, 1, 0}) append(data, value);
+  append(data, static_cast<std::uint16_t>(values.size() / 2));
+  for (std::size_t i = 0; i < values.size(); i += 2) {
+    append(data, values[i]);
+    for (const std::uint16_t value : std::array<std::uint16_t, 3>{0, 1, values[i + 1]}) append(data, value);
+  }
+  return {"LASF_Projection", 34735, "", {reinterpret_cast<const char*>(data.data()), data.size()}};
+}
+
+Result<LasReader> cloud_with(const TemporaryFolder& folder, const std::vector<LasVlr>& records) {
+  const Bytes file = file_with_records(records, {}, {});
+  test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), file.size()});
+  return LasReader::open(folder / "a.las");
+}
+
+TEST(CloudCrs, IsThatOfTheWktOrOfTheGeoTiffKeys) {
   const TemporaryFolder folder;
-  const auto unit = [&](const std::vector<LasVlr>& records) {
-    const Bytes file = file_with_records(records, {}, {});
-    test::write_file(folder / "a.las", {reinterpret_cast<const char*>(file.data()), file.size()});
-    return *crs_unit(*LasReader::open(folder / "a.las"));
-  };
-  const auto keys = [](const std::vector<std::uint16_t>& values) {
-    Bytes data;
-    for (const std::uint16_t value : std::array<std::uint16_t, 3>{1, 1, 0}) append(data, value);
-    append(data, static_cast<std::uint16_t>(values.size() / 2));
-    for (std::size_t i = 0; i < values.size(); i += 2) {
-      append(data, values[i]);
-      for (const std::uint16_t value : std::array<std::uint16_t, 3>{0, 1, values[i + 1]}) append(data, value);
-    }
-    return LasVlr{"LASF_Projection", 34735, "", {reinterpret_cast<const char*>(data.data()), data.size()}};
-  };
+  const auto crs = [&](const std::vector<LasVlr>& records) { return *crs_wkt(*cloud_with(folder, records)); };
+  EXPECT_EQ(crs({}), "");
+  EXPECT_EQ(crs({geo_keys({1024, 1, 3072, 32767})}), "") << "a CRS of its own";
+  EXPECT_EQ(crs({geo_keys({1024, 1, 3072, 60000})}), "") << "no such CRS";
+  EXPECT_NE(crs({geo_keys({1024, 1, 3072, 32631})}).find("\"WGS 84 / UTM zone 31N\""), std::string::npos);
+  EXPECT_EQ(crs({geo_keys({1024, 2, 2048, 4326})}).substr(0, 15), "GEOGCS[\"WGS 84\"");
+  const std::string both = crs({geo_keys({1024, 1, 3072, 25832, 4096, 5783})});
+  EXPECT_EQ(both.substr(0, 9), "COMPD_CS[");
+  EXPECT_NE(both.find("VERT_CS[\"DHHN92 height\""), std::string::npos);
+  EXPECT_EQ(crs({geo_keys({1024, 1, 3072, 25832, 4096, 5103})}), crs({geo_keys({1024, 1, 3072, 25832})}))
+      << "a vertical datum of GeoTIFF 1.0, which EPSG has under another number";
+  EXPECT_EQ(crs({{"LASF_Projection", 2112, "", "PROJCS[\"x\"]"}, geo_keys({1024, 1, 3072, 32631})}), "PROJCS[\"x\"]");
+}
+
+TEST(CloudCrs, KnowsTheUnit) {
+  const TemporaryFolder folder;
+  const auto unit = [&](const std::vector<LasVlr>& records) { return *crs_unit(*cloud_with(folder, records)); };
+  const auto& keys = geo_keys;
   EXPECT_EQ(unit({}).metres, 1);
   EXPECT_EQ(unit({keys({1024, 1, 3072, 32631})}).metres, 1);
   EXPECT_NEAR(unit({keys({1024, 1, 3072, 2992})}).metres, 0.3048, 1e-12) << "Oregon, international feet";
