@@ -24,9 +24,11 @@ namespace {
 using storage::Bytes;
 using storage::LasPoint;
 
-constexpr std::size_t kMostOpen = 32;                     // files
-constexpr std::size_t kMostParts = 100'000;               // that are counted
-constexpr std::size_t kUserData = 17, kPointSource = 20;  // bytes of a record of the point formats 6 to 8
+constexpr std::size_t kMostOpen = 32;        // files
+constexpr std::size_t kMostParts = 100'000;  // that are counted
+// Where fields are in a record.
+constexpr std::size_t kUserData = 17;
+std::size_t point_source_at(int point_format) { return point_format < 6 ? 18 : 20; }
 
 /// A strip's number, or column and row of a tile.
 using Cell = std::pair<std::int64_t, std::int64_t>;
@@ -177,7 +179,7 @@ class Splitter {
       storage::append(to.records, point.record);
       if (is_strip()) {
         to.records[begin + kUserData] = static_cast<std::byte>(std::min<std::uint16_t>(point.source, 255));
-        storage::put(to.records, begin + kPointSource, to.part.strip);
+        storage::put(to.records, begin + point_source_at(reader_.header().point_format), to.part.strip);
       }
       --to.left;
       if (to.records.size() == storage::kLazChunkPoints * point.record.size() || to.left == 0)
@@ -278,6 +280,8 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
                                const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return reader.error();
+  if (is_copc)
+    if (Status fits = check_copc(cloud, reader->header()); !fits) return fits.error();
   double edge = split.size;
   if (split.kind == CloudSplit::Kind::Tile) {
     const Result<storage::CrsUnit> unit = storage::crs_unit(*reader);

@@ -33,6 +33,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
   if (is_wrong()) return read.error();
   if (points.empty()) return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
+  if (Status fits = check_copc(cloud, header); !fits) return fits.error();
   header.point_count = 0;
   header.points_by_return = {};
   std::vector<storage::LasVlr> records = lasting_records(reader->records());

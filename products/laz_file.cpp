@@ -1,6 +1,7 @@
 #include "products/laz_file.hpp"
 
 #include <span>
+#include <string>
 #include <utility>
 
 namespace hueline::products {
@@ -11,8 +12,8 @@ Result<LazFile> LazFile::create(const std::filesystem::path& path, const storage
                                 const std::vector<storage::LasVlr>& records, std::uint32_t chunk_points, int threads) {
   const storage::LazRecord kind{header.point_format, header.point_size};
   if (!storage::is_laz_record(kind))
-    return Error{ErrorCode::Invalid,
-                 "point format " + std::to_string(kind.format) + " cannot be written as LAZ 1.4: formats 6 to 8 can"};
+    return Error{ErrorCode::Invalid, "point format " + std::to_string(kind.format) +
+                                         " cannot be written as LAZ: formats " + storage::kLazFormats + " can"};
   auto file = storage::FileWriter::replace(path);
   if (!file) return file.error();
   LazFile out(std::move(*file));
@@ -80,6 +81,12 @@ std::vector<storage::LasVlr> lasting_records(const std::vector<storage::LasVlr>&
     if (record.user_id != "laszip encoded" && record.user_id != "copc" && record.user_id != "hueline")
       out.push_back(record);
   return out;
+}
+
+Status check_copc(const std::filesystem::path& cloud, const storage::LasHeader& header) {
+  if (header.point_format >= 6) return {};
+  return Error{ErrorCode::Invalid, cloud.string() + " has points of format " + std::to_string(header.point_format) +
+                                       ": COPC has the formats 6 to 8 only; --profile laz writes them as they are"};
 }
 
 }  // namespace hueline::products

@@ -125,6 +125,8 @@ class ArithmeticDecoder {
   std::uint32_t code_bits(std::uint32_t bits, std::uint32_t = 0);
   /// Returns whether it had to read behind the end of the bytes, which therefore were cut or are damaged.
   bool passed_end() const { return passed_end_; }
+  /// Returns how many bytes it has read: after the last symbol, all that the encoder wrote.
+  std::size_t used() const { return at_; }
 
  private:
   std::uint32_t next() {

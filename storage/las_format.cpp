@@ -37,7 +37,11 @@ Bytes encode_las_header(const LasHeader& h) {
   append(out, h.vlr_count);
   append(out, h.point_format);
   append(out, h.point_size);
-  out.resize(out.size() + 4 + 5 * 4);  // point counts of older versions
+  // The point counts of older versions.
+  const bool has_old_counts = (h.point_format & kLasFormatBits) < 6 && h.point_count <= 0xFFFFFFFF;
+  append(out, static_cast<std::uint32_t>(has_old_counts ? h.point_count : 0));
+  for (std::size_t k = 0; k < 5; ++k)
+    append(out, static_cast<std::uint32_t>(has_old_counts ? h.points_by_return[k] : 0));
   for (const double s : h.scale) append(out, s);
   for (const double o : h.offset) append(out, o);
   for (std::size_t k = 0; k < 3; ++k) append(out, h.maximum[k]), append(out, h.minimum[k]);

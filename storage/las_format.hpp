@@ -17,6 +17,7 @@ constexpr std::size_t kLasHeaderSize14 = 375;
 constexpr std::size_t kLasVlrHead = 54;
 constexpr std::size_t kLasEvlrHead = 60;                              ///< of an extended record
 constexpr std::size_t kLasExtraDescription = 192;                     ///< of one field in the Extra Bytes record
+constexpr std::uint8_t kLasFormatBits = 0x3F;                         ///< of the point format; the others say LAZ
 constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // bits of the global encoding
 
 /// A variable length record.
@@ -44,8 +45,8 @@ struct LasHeader {
   std::uint32_t evlr_count = 0;
 };
 
-/// Returns the 375 bytes of a header of version 1.4. The point counts of older versions are 0, as point formats 6 and
-/// above require.
+/// Returns the 375 bytes of a header of version 1.4. The point counts of older versions are 0 for the point formats 6
+/// and above, and where they are too small for the count.
 Bytes encode_las_header(const LasHeader& header);
 /// Reads a header of version 1.0 to 1.4. Errors: Malformed if this is no LAS header; Unsupported for another version.
 Result<LasHeader> decode_las_header(ByteView bytes);

@@ -10,7 +10,7 @@
 namespace hueline::storage {
 namespace {
 
-constexpr int kLargestFormat = 8;
+constexpr int kLargestFormat = 10;
 
 template <class T>
 T at(ByteView record, std::size_t offset) {
@@ -23,7 +23,8 @@ T at(ByteView record, std::size_t offset) {
 struct Layout {
   std::size_t time, colour;
 };
-constexpr Layout kLayouts[] = {{0, 0}, {20, 0}, {0, 20}, {20, 28}, {20, 0}, {20, 28}, {22, 0}, {22, 30}, {22, 30}};
+constexpr Layout kLayouts[] = {{0, 0},  {20, 0},  {0, 20},  {20, 28}, {20, 0}, {20, 28},
+                               {22, 0}, {22, 30}, {22, 30}, {22, 0},  {22, 30}};
 
 /// Reads the head of a record; `Size` is the type of the size of its data.
 template <class Size>
@@ -66,7 +67,7 @@ Status LasReader::read_records() {
   const bool is_compressed = header_.point_format & kLazFlag;
   header_.point_format &= static_cast<std::uint8_t>(~kLazFlag);
   if (header_.point_format > kLargestFormat)
-    return Error{ErrorCode::Unsupported, "point format " + std::to_string(header_.point_format) + ": 0 to 8 are read"};
+    return Error{ErrorCode::Unsupported, "point format " + std::to_string(header_.point_format) + ": 0 to 10 are read"};
   const std::size_t least = las_point_size(header_.point_format);
   if (header_.point_size < least)
     return Error{ErrorCode::Malformed, "points of " + std::to_string(header_.point_size) + " bytes: format " +
@@ -147,8 +148,8 @@ Status LasReader::read_record(LasVlr vlr, std::uint64_t offset, std::size_t size
 Status LasReader::find_chunks(const LasVlr& vlr) {
   const LazRecord kind{header_.point_format, header_.point_size};
   if (!is_laz_record(kind))
-    return Error{ErrorCode::Unsupported, "compressed points (LAZ) of format " + std::to_string(kind.format) +
-                                             ": 6 to 8 are read; unpack the file first"};
+    return Error{ErrorCode::Unsupported, "compressed points (LAZ) of format " + std::to_string(kind.format) + ": " +
+                                             kLazFormats + " are read; unpack the file first"};
   const Result<LazCompression> compression = read_laz_vlr(as_bytes(vlr.data), kind);
   if (!compression) return compression.error();
   chunk_points_ = compression->chunk_points;
@@ -157,6 +158,10 @@ Status LasReader::find_chunks(const LasVlr& vlr) {
   if (begin > file_.size()) return Error{ErrorCode::Truncated, "the file ends before its first point"};
   std::uint64_t place = 0;
   if (Status done = file_.read(header_.point_offset, std::as_writable_bytes(std::span(&place, 1))); !done) return done;
+  // A program that could not go back in its file wrote the place of the table at the end.
+  if (place == ~std::uint64_t{0} && file_.size() - begin >= sizeof place)
+    if (Status done = file_.read(file_.size() - sizeof place, std::as_writable_bytes(std::span(&place, 1))); !done)
+      return done;
   const bool has_points = chunk_points_ == kLazVariableChunks;
   bool is_whole = false;
   if (place != header_.point_offset && place < file_.size()) {
@@ -170,7 +175,7 @@ Status LasReader::find_chunks(const LasVlr& vlr) {
       const LazChunkSize& size = (*table)[i];
       is_whole = size.bytes >= kind.size && size.bytes <= file_.size() - at;
       if (!is_whole) break;
-      chunks_.push_back({at, size.bytes, available_, has_points ? size.points : chunk_points_});
+      chunks_.push_back({at, size.bytes, available_, has_points ? size.points : points_at_most(kind)});
       at += size.bytes;
       available_ += chunks_.back().points;
     }
@@ -184,11 +189,19 @@ Status LasReader::find_chunks(const LasVlr& vlr) {
   return {};
 }
 
+/// Returns how many points the next chunk may have. Where only the file knows the number of the last one, it is that.
+std::uint32_t LasReader::points_at_most(const LazRecord& kind) const {
+  if (kind.is_layered()) return chunk_points_;
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(chunk_points_, header_.point_count - std::min(available_, header_.point_count)));
+}
+
 Status LasReader::walk_chunks(std::uint64_t at) {
   const LazRecord kind{header_.point_format, header_.point_size};
-  Bytes head(laz_chunk_head(kind));
   chunks_.clear();
   available_ = 0;
+  if (!kind.is_layered()) return walk_unmeasured_chunks(at);
+  Bytes head(laz_chunk_head(kind));
   while (available_ < header_.point_count && at + head.size() <= file_.size()) {
     if (Status done = file_.read(at, head); !done) return done;
     const LazChunkSize size = measure_laz_chunk(head, kind);
@@ -196,6 +209,23 @@ Status LasReader::walk_chunks(std::uint64_t at) {
     chunks_.push_back({at, size.bytes, available_, size.points});
     at += size.bytes;
     available_ += size.points;
+  }
+  return {};
+}
+
+/// Where a chunk ends is known when it is unpacked.
+Status LasReader::walk_unmeasured_chunks(std::uint64_t at) {
+  const LazRecord kind{header_.point_format, header_.point_size};
+  while (chunk_points_ != kLazVariableChunks && available_ < header_.point_count) {
+    const std::uint32_t points = points_at_most(kind);
+    // Points that compress badly take more than their size: some symbols have 14 bits.
+    packed_.resize(static_cast<std::size_t>(std::min(file_.size() - at, std::uint64_t{points} * kind.size * 2 + 64)));
+    if (Status done = file_.read(at, packed_); !done) return done;
+    const Result<std::size_t> bytes = decode_laz_chunk(packed_, kind, points, unpacked_records_);
+    if (!bytes) break;
+    chunks_.push_back({at, *bytes, available_, points});
+    at += *bytes;
+    available_ += points;
   }
   return {};
 }
@@ -315,7 +345,9 @@ Status LasReader::fill_from_chunks(std::size_t count) {
       unpacked_.reset();
       packed_.resize(static_cast<std::size_t>(chunk.bytes));
       Status read = file_.read(chunk.offset, packed_);
-      if (read) read = decode_laz_chunk(packed_, kind, chunk.points, unpacked_records_);
+      if (read)
+        if (const auto bytes = decode_laz_chunk(packed_, kind, chunk.points, unpacked_records_); !bytes)
+          read = bytes.error();
       if (!read) {
         Error error = read.error();
         if (error.code != ErrorCode::Io)

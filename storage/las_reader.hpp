@@ -7,6 +7,7 @@
 
 #include "core/input_file.hpp"
 #include "storage/las_format.hpp"
+#include "storage/laz_chunk.hpp"
 
 namespace hueline::storage {
 
@@ -22,7 +23,8 @@ struct LasPoint {
   ByteView record;                             ///< the stored bytes; valid until the next call of next()
 };
 
-/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 8, and of a LAZ 1.4 file, point formats 6 to 8.
+/// Streams the points of a LAS 1.0 to 1.4 file, point formats 0 to 10, and of a LAZ file, point formats 0 to 3 and 6
+/// to 8. Of the waveforms of the formats 4, 5, 9 and 10 only the bytes in the records are read.
 /// If the table of a LAZ file's chunks is missing, because the file was cut, the chunks are found one after another, up
 /// to the last whole one. Memory: one chunk. Move-only.
 /// Thread safety: none; one thread calls all functions.
@@ -72,6 +74,8 @@ class LasReader {
   Status read_record(LasVlr vlr, std::uint64_t offset, std::size_t size);
   Status find_chunks(const LasVlr& vlr);
   Status walk_chunks(std::uint64_t at);
+  Status walk_unmeasured_chunks(std::uint64_t at);
+  std::uint32_t points_at_most(const LazRecord& kind) const;
   Status fill(std::size_t count);
   Status fill_from_chunks(std::size_t count);
   void decode(ByteView record, LasPoint& point) const;

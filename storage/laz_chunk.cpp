@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "storage/las_format.hpp"
+#include "storage/laz_items.hpp"
 #include "storage/laz_layers.hpp"
 
 namespace hueline::storage {
@@ -15,15 +17,15 @@ namespace {
 
 using namespace laz;
 
-constexpr std::size_t kMostPoints = 1 << 22;  // in a chunk that is read; a damaged count must not take all memory
+/// The most points in a chunk that is read: a damaged count must not take all memory.
+std::size_t most_points(const LazRecord& kind) { return std::min<std::size_t>(1 << 22, (1u << 30) / kind.size); }
 constexpr std::size_t kBlock = 512;  // records that all layers code before the next: they stay in the nearest cache
 
 /// Layers of the format's point, in the order of the file; those of colours and extra bytes follow.
 enum Fixed : std::size_t { kPlace, kHeight, kClasses, kFlagBits, kIntensities, kAngles, kUsers, kSources, kTimes };
 
-std::size_t base_size(int format) { return format == 6 ? 30 : format == 7 ? 36 : 38; }
 std::size_t layer_count(const LazRecord& kind) {
-  return 9 + (kind.format >= 7 ? 1 : 0) + (kind.format == 8 ? 1 : 0) + kind.size - base_size(kind.format);
+  return 9 + (kind.format >= 7 ? 1 : 0) + (kind.format == 8 ? 1 : 0) + kind.size - las_point_size(kind.format);
 }
 
 /// The layers of the point in one scanner channel. The first record of a channel is compared with the record before it.
@@ -42,7 +44,7 @@ struct PointLayers {
 /// The layers of colours and extra bytes in one context, which is the scanner channel from version 4 of the items on.
 struct AdditionLayers {
   explicit AdditionLayers(const LazRecord& kind) {
-    for (std::size_t at = base_size(kind.format); at < kind.size; ++at) bytes.emplace_back(at);
+    for (std::size_t at = las_point_size(kind.format); at < kind.size; ++at) bytes.emplace_back(at);
   }
   ColourLayer colours;
   NirLayer nirs;
@@ -101,7 +103,7 @@ class Layers {
       if (nir_)
         code_addition(
             nir_, [](AdditionLayers & of) -> auto& { return of.nirs; });
-      for (std::size_t k = 0; k < kind_.size - base_size(kind_.format); ++k)
+      for (std::size_t k = 0; k < kind_.size - las_point_size(kind_.format); ++k)
         code_addition(
             first_byte_ + k, [k](AdditionLayers & of) -> auto& { return of.bytes[k]; });
     }
@@ -185,20 +187,11 @@ std::vector<bool> changing_layers(const Bytes& bits, const LazRecord& kind) {
                         any(kTime, 8)};
   if (kind.format >= 7) out.push_back(any(kRed, 6));
   if (kind.format == 8) out.push_back(any(kNir, 2));
-  for (std::size_t at = base_size(kind.format); at < kind.size; ++at) out.push_back(any(at, 1));
+  for (std::size_t at = las_point_size(kind.format); at < kind.size; ++at) out.push_back(any(at, 1));
   return out;
 }
 
-}  // namespace
-
-bool is_laz_record(const LazRecord& kind) {
-  return kind.format >= 6 && kind.format <= 8 && kind.size >= base_size(kind.format) && kind.size <= 0xFFFF;
-}
-
-/// These are the first record, the number of records, and the size of each layer.
-std::size_t laz_chunk_head(const LazRecord& kind) { return kind.size + 4 + 4 * layer_count(kind); }
-
-Bytes encode_laz_chunk(ByteView records, const LazRecord& kind) {
+Bytes encode_layered(ByteView records, const LazRecord& kind) {
   const std::size_t count = records.size() / kind.size;
   const Bytes bits = differing_bits(records, kind.size);
   const std::vector<bool> changes = changing_layers(bits, kind);
@@ -219,19 +212,10 @@ Bytes encode_laz_chunk(ByteView records, const LazRecord& kind) {
   return out;
 }
 
-LazChunkSize measure_laz_chunk(ByteView head, const LazRecord& kind) {
-  ByteReader in(head);
-  in.take_bytes(kind.size);
-  LazChunkSize size{laz_chunk_head(kind), in.take<std::uint32_t>()};
-  for (std::size_t layer = 0; layer < layer_count(kind); ++layer) size.bytes += in.take<std::uint32_t>();
-  return size;
-}
-
-Status decode_laz_chunk(ByteView chunk, const LazRecord& kind, std::size_t most, Bytes& records) {
+Result<std::size_t> decode_layered(ByteView chunk, const LazRecord& kind, std::size_t most, Bytes& records) {
   if (chunk.size() < laz_chunk_head(kind)) return Error{ErrorCode::Truncated, "the chunk ends before its layers"};
   const LazChunkSize size = measure_laz_chunk(chunk, kind);
   if (size.bytes > chunk.size()) return Error{ErrorCode::Truncated, "the chunk ends inside its layers"};
-  most = std::min(most, kMostPoints);
   if (size.points == 0 || size.points > most)
     return Error{ErrorCode::Malformed, "it counts " + std::to_string(size.points) + " points, and " +
                                            std::to_string(most) + " are the most that it can have"};
@@ -248,7 +232,48 @@ Status decode_laz_chunk(ByteView chunk, const LazRecord& kind, std::size_t most,
   layers.code(size.points);
   for (const auto& coder : coders)
     if (coder && coder->passed_end()) return Error{ErrorCode::Malformed, "it is damaged: a layer ends too early"};
-  return {};
+  return static_cast<std::size_t>(size.bytes);
+}
+
+}  // namespace
+
+bool is_laz_record(const LazRecord& kind) {
+  const bool has_scheme = (kind.format >= 0 && kind.format <= 3) || (kind.format >= 6 && kind.format <= 8);
+  return has_scheme && kind.size >= las_point_size(kind.format) && kind.size <= 0xFFFF;
+}
+
+/// These are the first record, the number of records, and the size of each layer.
+std::size_t laz_chunk_head(const LazRecord& kind) { return kind.size + 4 + 4 * layer_count(kind); }
+
+LazChunkSize measure_laz_chunk(ByteView head, const LazRecord& kind) {
+  ByteReader in(head);
+  in.take_bytes(kind.size);
+  LazChunkSize size{laz_chunk_head(kind), in.take<std::uint32_t>()};
+  for (std::size_t layer = 0; layer < layer_count(kind); ++layer) size.bytes += in.take<std::uint32_t>();
+  return size;
+}
+
+Bytes encode_laz_chunk(ByteView records, const LazRecord& kind) {
+  if (kind.is_layered()) return encode_layered(records, kind);
+  Bytes out(records.begin(), records.begin() + static_cast<std::ptrdiff_t>(kind.size));
+  ArithmeticEncoder coder;
+  Items<ArithmeticEncoder>(kind).code(coder, records.data(), records.size() / kind.size);
+  append(out, coder.finish());
+  return out;
+}
+
+Result<std::size_t> decode_laz_chunk(ByteView chunk, const LazRecord& kind, std::size_t most, Bytes& records) {
+  if (kind.is_layered()) return decode_layered(chunk, kind, std::min(most, most_points(kind)), records);
+  if (most == 0 || most > most_points(kind))
+    return Error{ErrorCode::Malformed, "it has " + std::to_string(most) + " points: 1 to " +
+                                           std::to_string(most_points(kind)) + " can be read"};
+  if (chunk.size() < kind.size) return Error{ErrorCode::Truncated, "the chunk ends inside its first point"};
+  records.resize(most * kind.size);
+  std::memcpy(records.data(), chunk.data(), kind.size);
+  ArithmeticDecoder coder(chunk.subspan(kind.size));
+  Items<ArithmeticDecoder>(kind).code(coder, records.data(), most);
+  if (most > 1 && coder.passed_end()) return Error{ErrorCode::Malformed, "it is damaged: it ends too early"};
+  return kind.size + coder.used();
 }
 
 }  // namespace hueline::storage

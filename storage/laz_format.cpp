@@ -8,20 +8,36 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint16_t kLayeredChunks = 3, kArithmetic = 0, kItemVersion = 3;
+constexpr std::uint16_t kPointAfterPoint = 2, kLayeredChunks = 3, kArithmetic = 0;  // kinds of compression
 /// Numbers of the items of a record.
-enum Item : std::uint16_t { kPoint14Item = 10, kRgb14Item = 11, kRgbNir14Item = 12, kByte14Item = 14 };
+enum Item : std::uint16_t {
+  kByteItem = 0,
+  kPoint10Item = 6,
+  kGpsTime11Item = 7,
+  kRgb12Item = 8,
+  kPoint14Item = 10,
+  kRgb14Item = 11,
+  kRgbNir14Item = 12,
+  kByte14Item = 14
+};
 
 struct ItemSize {
   Item item;
   std::size_t size;
 };
 std::vector<ItemSize> items_of(const LazRecord& kind) {
-  std::vector<ItemSize> items{{kPoint14Item, 30}};
-  if (kind.format == 7) items.push_back({kRgb14Item, 6});
-  if (kind.format == 8) items.push_back({kRgbNir14Item, 8});
+  std::vector<ItemSize> items;
+  if (kind.is_layered()) {
+    items.push_back({kPoint14Item, 30});
+    if (kind.format == 7) items.push_back({kRgb14Item, 6});
+    if (kind.format == 8) items.push_back({kRgbNir14Item, 8});
+  } else {
+    items.push_back({kPoint10Item, 20});
+    if (kind.format & 1) items.push_back({kGpsTime11Item, 8});
+    if (kind.format >= 2) items.push_back({kRgb12Item, 6});
+  }
   if (const std::size_t extra = kind.size - las_point_size(kind.format); extra > 0)
-    items.push_back({kByte14Item, extra});
+    items.push_back({kind.is_layered() ? kByte14Item : kByteItem, extra});
   return items;
 }
 
@@ -45,7 +61,7 @@ void code_table(Coder& coder, std::vector<LazChunkSize>& chunks, bool has_points
 
 LasVlr laz_vlr(const LazRecord& kind, std::uint32_t chunk_points) {
   Bytes data;
-  append(data, kLayeredChunks);
+  append(data, kind.is_layered() ? kLayeredChunks : kPointAfterPoint);
   append(data, kArithmetic);
   append(data, std::uint8_t{3}), append(data, std::uint8_t{4});  // version of the format: 3.4
   append(data, std::uint16_t{0});
@@ -57,7 +73,7 @@ LasVlr laz_vlr(const LazRecord& kind, std::uint32_t chunk_points) {
   for (const ItemSize& item : items) {
     append(data, static_cast<std::uint16_t>(item.item));
     append(data, static_cast<std::uint16_t>(item.size));
-    append(data, kItemVersion);
+    append(data, static_cast<std::uint16_t>(kind.is_layered() ? 3 : 2));
   }
   return {"laszip encoded", kLazRecord, "compression of the points",
           std::string(reinterpret_cast<const char*>(data.data()), data.size())};
@@ -70,19 +86,25 @@ Result<LazCompression> read_laz_vlr(ByteView data, const LazRecord& kind) {
   const auto chunk_points = in.take<std::uint32_t>();
   in.take_bytes(8 + 8);
   const auto count = in.take<std::uint16_t>();
-  if (compressor != kLayeredChunks || coder != kArithmetic)
-    return Error{ErrorCode::Unsupported, "LAZ with compressor " + std::to_string(compressor) +
-                                             ": layered chunks of LAS 1.4 (3) are read; unpack the file first"};
+  const std::uint16_t expected = kind.is_layered() ? kLayeredChunks : kPointAfterPoint;
+  if (in.ok() && (compressor != expected || coder != kArithmetic))
+    return Error{ErrorCode::Unsupported, "points of format " + std::to_string(kind.format) + " with the compression " +
+                                             std::to_string(compressor) + " of LASzip: " + std::to_string(expected) +
+                                             " is read; unpack the file first"};
   const std::vector<ItemSize> items = items_of(kind);
   LazCompression out;
-  bool fits = count == items.size();
+  bool fits = count == items.size(), is_old = false;
   for (std::size_t i = 0; i < count && fits; ++i) {
     const auto item = in.take<std::uint16_t>(), size = in.take<std::uint16_t>(), version = in.take<std::uint16_t>();
-    fits = item == items[i].item && size == items[i].size && (version == 3 || version == 4);
-    out.item_version = version;
+    fits = item == items[i].item && size == items[i].size;
+    is_old = is_old || !(kind.is_layered() ? version == 3 || version == 4 : version == 2);
+    if (kind.is_layered()) out.item_version = version;
   }
   if (!in.ok() || !fits)
     return Error{ErrorCode::Malformed, "the LAZ record does not describe the points that the header describes"};
+  if (is_old)
+    return Error{ErrorCode::Unsupported,
+                 "points that another version of LASzip than 2 to 4 compressed; unpack the file first"};
   // LASzip takes 0 for chunks of any size.
   out.chunk_points = chunk_points == 0 ? kLazVariableChunks : chunk_points;
   return out;

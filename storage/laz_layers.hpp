@@ -283,49 +283,29 @@ class SourceLayer {
 
 /// GPS times, as the integers that have the same bits as the doubles. Up to four sequences of times run side by side.
 /// In each, a time is predicted from a multiple of the last difference.
-class TimeLayer {
+class TimeModel {
  public:
-  template <class Coder, class Byte>
-  void code(Coder& coder, Byte* record, const std::byte* last, const Step& step) {
-    if (!std::exchange(has_begun_, true)) sequences_[0].time = load<std::uint64_t>(last, kTime);
-    std::uint64_t time = load<std::uint64_t>(last, kTime);
-    if (step.time_changed) time = code_time(coder, load<std::uint64_t>(record, kTime));
-    store<Coder>(record, kTime, time);
-  }
+  /// `can_stay`: whether a time may be that of the record before. The formats 6 to 8 tell this in another layer.
+  explicit TimeModel(bool can_stay) : can_stay_(can_stay) {}
 
- private:
-  struct Sequence {
-    std::uint64_t time = 0;
-    std::int32_t difference = 0;
-    int extremes = 0;  // how many differences in a row were no multiple of the last
-  };
-  static constexpr std::int32_t kMost = 500, kLeast = -10;  // the multiples
-  // Symbols: 0 to 500 the multiple, 501 to 510 the multiples -1 to -10, then a new sequence, then another sequence.
-  static constexpr std::uint32_t kNew = kMost - kLeast + 1, kSymbols = kNew + 4;
-
-  static bool fits(std::uint64_t time, const Sequence& sequence) {
-    const auto difference = static_cast<std::int64_t>(time - sequence.time);
-    return difference == static_cast<std::int32_t>(difference);
-  }
-  /// For the encoder: returns which sequence, counted from the current one, the time belongs to; 4 if to none.
-  std::uint32_t find(std::uint64_t time) const {
-    std::uint32_t away = 0;
-    while (away < 4 && !fits(time, sequences_[(current_ + away) & 3])) ++away;
-    return away;
-  }
-
+  void begin(std::uint64_t time) { sequences_[0].time = time; }
   template <class Coder>
-  std::uint64_t code_time(Coder& coder, std::uint64_t time) {
+  std::uint64_t code(Coder& coder, std::uint64_t time) {
     std::uint32_t away = Coder::kDecodes ? 0 : find(time);
     // A damaged file can name one other sequence after another; the format's encoder does so once.
     for (int turn = 0;; ++turn) {
       Sequence& now = sequences_[current_];
       const auto given = static_cast<std::int32_t>(static_cast<std::uint32_t>(time - now.time));
       const bool is_first = now.difference == 0;
-      std::uint32_t symbol = away == 0   ? (is_first ? 0 : symbol_of(given, now.difference))
-                             : away == 4 ? (is_first ? 1 : kNew)
-                                         : (is_first ? away + 1 : kNew + away);
+      // Where times can stay, that is the symbol before those of the other sequences, and the first of is_first.
+      const std::uint32_t stays = is_first ? 0 : kNew, shift = can_stay_ ? 1 : 0;
+      std::uint32_t symbol = away == 0   ? (is_first ? shift : symbol_of(given, now.difference))
+                             : away == 4 ? (is_first ? 1 : kNew) + shift
+                                         : (is_first ? away + 1 : kNew + away) + shift;
+      if (can_stay_ && away == 0 && given == 0) symbol = stays;
       symbol = is_first ? coder.code(first_, symbol) : coder.code(multiples_, symbol);
+      if (can_stay_ && symbol == stays) return now.time;
+      if (symbol >= stays) symbol -= shift;
       if (is_first ? symbol == 0 : symbol < kNew) {
         const std::int32_t difference =
             is_first ? model_.code(coder, 0, given, 0) : code_multiple(coder, now, symbol, given);
@@ -339,6 +319,28 @@ class TimeLayer {
       away = 0;
     }
   }
+
+ private:
+  struct Sequence {
+    std::uint64_t time = 0;
+    std::int32_t difference = 0;
+    int extremes = 0;  // how many differences in a row were no multiple of the last
+  };
+  static constexpr std::int32_t kMost = 500, kLeast = -10;  // the multiples
+  // Symbols: 0 to 500 the multiple, 501 to 510 the multiples -1 to -10, then a new sequence, then another sequence.
+  static constexpr std::uint32_t kNew = kMost - kLeast + 1;
+
+  static bool fits(std::uint64_t time, const Sequence& sequence) {
+    const auto difference = static_cast<std::int64_t>(time - sequence.time);
+    return difference == static_cast<std::int32_t>(difference);
+  }
+  /// For the encoder: returns which sequence, counted from the current one, the time belongs to; 4 if to none.
+  std::uint32_t find(std::uint64_t time) const {
+    std::uint32_t away = 0;
+    while (away < 4 && !fits(time, sequences_[(current_ + away) & 3])) ++away;
+    return away;
+  }
+
   template <class Coder>
   std::uint64_t start(Coder& coder, std::uint64_t time) {
     const auto high = static_cast<std::uint32_t>(model_.code(
@@ -377,22 +379,38 @@ class TimeLayer {
     return difference;
   }
 
+  bool can_stay_;
   std::array<Sequence, 4> sequences_;
   std::uint32_t current_ = 0, newest_ = 0;
-  bool has_begun_ = false;
-  SymbolModel multiples_{kSymbols}, first_{5};
+  SymbolModel multiples_{kNew + (can_stay_ ? 5u : 4u)}, first_{can_stay_ ? 6u : 5u};
   IntegerModel model_{32, 9};
+};
+
+class TimeLayer {
+ public:
+  template <class Coder, class Byte>
+  void code(Coder& coder, Byte* record, const std::byte* last, const Step& step) {
+    std::uint64_t time = load<std::uint64_t>(last, kTime);
+    if (!std::exchange(has_begun_, true)) model_.begin(time);
+    if (step.time_changed) time = model_.code(coder, load<std::uint64_t>(record, kTime));
+    store<Coder>(record, kTime, time);
+  }
+
+ private:
+  TimeModel model_{false};
+  bool has_begun_ = false;
 };
 
 /// Red, green and blue: first which of their six bytes change, then by how much. Green and blue are predicted from the
 /// change of red.
-class ColourLayer {
+class ColourModel {
  public:
+  /// Codes the colours that begin at the byte `at` of a record.
   template <class Coder, class Byte>
-  void code(Coder& coder, Byte* record, const std::byte* last, const Step&) {
+  void code(Coder& coder, Byte* record, const std::byte* last, std::size_t at) {
     std::array<std::uint8_t, 6> now{}, before{};  // red low, red high, green low, ...
-    std::memcpy(now.data(), record + kRed, 6);
-    std::memcpy(before.data(), last + kRed, 6);
+    std::memcpy(now.data(), record + at, 6);
+    std::memcpy(before.data(), last + at, 6);
     std::uint32_t changes = 0;
     if constexpr (!Coder::kDecodes) {
       for (std::size_t i = 0; i < 6; ++i) changes |= (now[i] != before[i] ? 1u : 0u) << i;
@@ -416,12 +434,23 @@ class ColourLayer {
       const int green = code_byte(high + 2, std::clamp(before[high + 2] + step[high], 0, 255));
       code_byte(high + 4, std::clamp(before[high + 4] + (step[high] + green) / 2, 0, 255));
     }
-    store<Coder>(record, kRed, now);
+    store<Coder>(record, at, now);
   }
 
  private:
   SymbolModel changes_{128};
   std::vector<SymbolModel> bytes_ = std::vector(6, SymbolModel(256));
+};
+
+class ColourLayer {
+ public:
+  template <class Coder, class Byte>
+  void code(Coder& coder, Byte* record, const std::byte* last, const Step&) {
+    model_.code(coder, record, last, kRed);
+  }
+
+ private:
+  ColourModel model_;
 };
 
 class NirLayer {
@@ -452,7 +481,7 @@ class ByteLayer {
  public:
   explicit ByteLayer(std::size_t at) : at_(at) {}
   template <class Coder, class Byte>
-  void code(Coder& coder, Byte* record, const std::byte* last, const Step&) {
+  void code(Coder& coder, Byte* record, const std::byte* last, const Step& = {}) {
     const auto from = load<std::uint8_t>(last, at_);
     const std::uint32_t step = coder.code(model_, static_cast<std::uint8_t>(load<std::uint8_t>(record, at_) - from));
     store<Coder>(record, at_, static_cast<std::uint8_t>(from + step));

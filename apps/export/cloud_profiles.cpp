@@ -97,7 +97,7 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
 class LazProfile : public ExportProfile {
  public:
   const char* word() const override { return "laz"; }
-  const char* help() const override { return "the cloud as LAZ 1.4 with all its fields, extra bytes included"; }
+  const char* help() const override { return "the cloud as LAZ with all its fields, extra bytes included"; }
 
   bool writes_folder(const ExportWords& words) const override { return !words.split.empty(); }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -63,6 +64,66 @@ TEST(ExportLaz, HasTheSameRecordsAndSaysTheSame) {
   EXPECT_TRUE(contents(folder / "one.laz") == contents(folder / "out.laz"));
   ASSERT_TRUE(export_laz(folder / "out.laz", folder / "again.laz", one));
   EXPECT_TRUE(contents(folder / "again.laz") == contents(folder / "out.laz")) << "LAZ made from LAZ";
+}
+
+/// Writes a LAS file of point format 3 with two extra bytes, as programs write that do not know LAS 1.4's formats.
+void write_old_cloud(const std::filesystem::path& path, std::size_t points) {
+  storage::LasHeader header;
+  header.header_size = header.point_offset = storage::kLasHeaderSize14;
+  header.point_format = 3;
+  header.point_size = 36;
+  header.scale = {0.01, 0.01, 0.01};
+  header.point_count = header.points_by_return[0] = points;
+  storage::Bytes bytes = storage::encode_las_header(header);
+  for (std::size_t i = 0; i < points; ++i) {
+    storage::Bytes record(36);
+    storage::put(record, 0, static_cast<std::int32_t>(i * 7 % 1000));
+    storage::put(record, 4, static_cast<std::int32_t>(i));
+    storage::put(record, 14, std::uint8_t{9});
+    storage::put(record, 20, 2e8 + static_cast<double>(i) * 1e-4);
+    storage::put(record, 28, static_cast<std::uint16_t>(i));
+    storage::put(record, 35, static_cast<std::uint8_t>(i % 11));
+    storage::append(bytes, record);
+  }
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+TEST(ExportLaz, KeepsAnOlderPointFormat) {
+  const TemporaryFolder folder;
+  write_old_cloud(folder / "cloud.las", 120'001);  // the last chunk has one point more than two full ones and 20 000
+  ASSERT_TRUE(export_laz(folder / "cloud.las", folder / "out.laz", {}));
+  const std::vector<std::string> wanted = records_of(folder / "cloud.las");
+  ASSERT_EQ(wanted.size(), 120'001u);
+  EXPECT_TRUE(records_of(folder / "out.laz") == wanted);
+  const auto reader = LasReader::open(folder / "out.laz");
+  EXPECT_EQ(reader->header().point_format, 3);
+  EXPECT_EQ(reader->header().points_by_return[0], 120'001u);
+  const std::string file = contents(folder / "out.laz");
+  std::uint32_t old_count = 0;
+  std::memcpy(&old_count, &file[107], sizeof old_count);
+  EXPECT_EQ(old_count, 120'001u) << "programs that know LAS 1.2 only look here";
+  EXPECT_EQ(export_copc(folder / "cloud.las", folder / "out.copc.laz", {}).error().code, ErrorCode::Invalid);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.copc.laz"));
+}
+
+TEST(ExportLaz, AnOlderPointFormatIsReadWithoutItsTable) {
+  const TemporaryFolder folder;
+  write_old_cloud(folder / "cloud.las", 120'001);
+  ASSERT_TRUE(export_laz(folder / "cloud.las", folder / "out.laz", {}));
+  const std::vector<std::string> wanted = records_of(folder / "cloud.las");
+  const std::string whole = contents(folder / "out.laz");
+  const auto place_at = LasReader::open(folder / "out.laz")->header().point_offset;
+  // A program that writes into a pipe puts the place of the table behind it.
+  std::string piped = whole + whole.substr(place_at, 8);
+  std::fill_n(piped.begin() + place_at, 8, '\xFF');
+  std::ofstream(folder / "piped.laz", std::ios::binary) << piped;
+  EXPECT_TRUE(records_of(folder / "piped.laz") == wanted);
+  // A file that was cut has its whole chunks.
+  std::ofstream(folder / "cut.laz", std::ios::binary) << whole.substr(0, whole.size() * 6 / 10);
+  const std::vector<std::string> some = records_of(folder / "cut.laz");
+  ASSERT_EQ(some.size(), 50'000u);
+  EXPECT_TRUE(std::equal(some.begin(), some.end(), wanted.begin()));
 }
 
 TEST(ExportLaz, WritesWhatIsWholeOfACutCloud) {
@@ -129,7 +190,7 @@ TEST(Export, SaysWhatIsWrong) {
   write_cloud(folder / "cloud.las", 10);
   EXPECT_EQ(export_laz(folder / "cloud.las", "/nonexistent/out.laz", {}).error().code, ErrorCode::Io);
   std::string bytes = contents(folder / "cloud.las");
-  bytes[104] = 3;
+  bytes[104] = 4;
   std::ofstream(folder / "old.las", std::ios::binary) << bytes;
   EXPECT_EQ(export_laz(folder / "old.las", folder / "out.laz", {}).error().code, ErrorCode::Invalid);
 }

@@ -1,5 +1,5 @@
-// node read_laz.mjs FOLDER: laz-perf unpacks cloud.laz, and each of its records has the bytes of the record in cloud.las. The module copc
-// reads the same file's header and records.
+// node read_laz.mjs FOLDER: laz-perf unpacks cloud.laz, and each of its records has the bytes of the record in cloud.las; the same of old.laz,
+// which has an older point format. The module copc reads the same file's header and records.
 import fs from "node:fs";
 import path from "node:path";
 import assert from "node:assert/strict";
@@ -7,11 +7,11 @@ import copc from "copc";
 import { createLazPerf } from "laz-perf";
 
 const folder = process.argv[2];
-const las = fs.readFileSync(path.join(folder, "cloud.las"));
-const header = copc.Las.Header.parse(new Uint8Array(las.subarray(0, 375)));
 const lazPerf = await createLazPerf();
 
-for (const name of ["cloud.laz", "cloud_live.laz"]) {
+for (const [name, of, format] of [["cloud.laz", "cloud.las", 7], ["cloud_live.laz", "cloud.las", 7], ["old.laz", "old.las", 3]]) {
+  const las = fs.readFileSync(path.join(folder, of));
+  const header = copc.Las.Header.parse(new Uint8Array(las.subarray(0, 375)));
   const laz = fs.readFileSync(path.join(folder, name));
   const lazHeader = copc.Las.Header.parse(new Uint8Array(laz.subarray(0, 375)));
   for (const key of ["pointCount", "pointDataRecordFormat", "pointDataRecordLength", "scale", "offset", "min", "max", "pointCountByReturn"])
@@ -25,7 +25,7 @@ for (const name of ["cloud.laz", "cloud_live.laz"]) {
   unpacker.open(bytes, laz.length);
   assert.equal(unpacker.getCount(), header.pointCount);
   assert.equal(unpacker.getPointLength(), header.pointDataRecordLength);
-  assert.equal(unpacker.getPointFormat(), 7);
+  assert.equal(unpacker.getPointFormat(), format);
   const size = header.pointDataRecordLength;
   const record = lazPerf._malloc(size);
   for (let i = 0; i < header.pointCount; i++) {

@@ -1,6 +1,7 @@
 // Writes recordings and a cloud, and beside them as JSON what is in them, taken from the data that were written, not
 // from the files:
 //   write_storage_samples FOLDER
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -65,6 +66,38 @@ bool write_laz(const std::filesystem::path& folder, const CloudBlock& cloud, Las
   return true;
 }
 
+/// Writes cloud.las with each point in the older format 3, and that as LAZ.
+bool write_old_laz(const std::filesystem::path& folder) {
+  auto cloud = LasReader::open(folder / "cloud.las");
+  if (!cloud) return !failed(cloud.error());
+  constexpr std::size_t kSize = 34 + 2;
+  LasHeader header = cloud->header();
+  header.point_format = 3;
+  header.point_size = kSize;
+  header.header_size = header.point_offset = kLasHeaderSize14;
+  header.vlr_count = 0;
+  Bytes bytes = encode_las_header(header);
+  std::vector<LasPoint> points;
+  while (cloud->next(points) && !points.empty())
+    for (const LasPoint& p : points) {
+      Bytes record(kSize);
+      std::copy_n(p.record.begin(), 14, record.begin());  // the place and the intensity
+      put(record, 14, static_cast<std::uint8_t>(p.return_number | p.return_count << 3));
+      put(record, 15, p.classification);
+      put(record, 16, static_cast<std::int8_t>(static_cast<std::int64_t>(p.x) % 90));
+      put(record, 18, p.source);
+      put(record, 20, *p.time);
+      put(record, 28, p.red), put(record, 30, p.green), put(record, 32, p.blue);
+      std::copy_n(p.record.begin() + 36, 2, record.begin() + 34);
+      append(bytes, record);
+    }
+  std::ofstream out(folder / "old.las", std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  const auto written = products::export_laz(folder / "old.las", folder / "old.laz", {});
+  return out.good() && (written ? true : !failed(written.error()));
+}
+
 /// Writes the cloud as COPC with small nodes: cloud.las made anew, and as the points come, with little memory.
 bool write_copc(const std::filesystem::path& folder, const CloudBlock& cloud, LasWriter::Config config) {
   products::CloudExport again;
@@ -103,7 +136,8 @@ bool write_cloud(const std::filesystem::path& folder) {
   auto writer = LasWriter::create(folder / "cloud.las", cloud.origin, config);
   if (!writer) return !failed(writer.error());
   if (failed(writer->append(cloud)) || failed(writer->close()) || !write_copc(folder, cloud, config) ||
-      !write_parts(folder) || !products::export_ply(folder / "cloud.las", folder / "cloud.ply") ||
+      !write_old_laz(folder) || !write_parts(folder) ||
+      !products::export_ply(folder / "cloud.las", folder / "cloud.ply") ||
       !products::export_e57(folder / "cloud.las", folder / "cloud.e57", "hueline"))
     return false;
   std::ofstream json(folder / "cloud.json");
