@@ -14,6 +14,7 @@
 
 #include "core/calendar.hpp"
 #include "products/laz_file.hpp"
+#include "products/point_upgrade.hpp"
 #include "products/points_at_once.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
@@ -281,7 +282,8 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return reader.error();
   if (is_copc)
-    if (Status fits = check_copc(cloud, reader->header()); !fits) return fits.error();
+    if (const auto upgrade = PointUpgrade::create(*reader); !upgrade)
+      return Error{upgrade.error().code, cloud.string() + ": " + upgrade.error().message};
   double edge = split.size;
   if (split.kind == CloudSplit::Kind::Tile) {
     const Result<storage::CrsUnit> unit = storage::crs_unit(*reader);

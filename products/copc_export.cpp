@@ -5,6 +5,7 @@
 
 #include "products/cloud_export.hpp"
 #include "products/laz_file.hpp"
+#include "products/point_upgrade.hpp"
 #include "products/points_at_once.hpp"
 #include "storage/copc_format.hpp"
 #include "storage/las_reader.hpp"
@@ -27,16 +28,17 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
                                   const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return reader.error();
-  storage::LasHeader header = reader->header();
+  Result<PointUpgrade> upgrade = PointUpgrade::create(*reader);
+  if (!upgrade) return Error{upgrade.error().code, cloud.string() + ": " + upgrade.error().message};
+  storage::LasHeader header = upgrade->header();
   std::vector<LasPoint> points;
   Status read = reader->next(points, kPointsAtOnce);
   const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
   if (is_wrong()) return read.error();
   if (points.empty()) return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
-  if (Status fits = check_copc(cloud, header); !fits) return fits.error();
   header.point_count = 0;
   header.points_by_return = {};
-  std::vector<storage::LasVlr> records = lasting_records(reader->records());
+  std::vector<storage::LasVlr> records = upgrade->records();
   records.insert(records.begin(), storage::copc_info_vlr());
   auto file = LazFile::create(out, header, records, storage::kLazVariableChunks, options.threads);
   if (!file) return file.error();
@@ -45,7 +47,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   std::pair<double, double> times{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
   while (!points.empty()) {
     for (const LasPoint& point : points) {
-      if (Status added = tree.add(point.record); !added) return added.error();
+      if (Status added = tree.add((*upgrade)(point.record)); !added) return added.error();
       ++file->header().point_count;
       if (point.return_number >= 1) ++file->header().points_by_return[point.return_number - 1u];
       times.first = std::min(times.first, point.time.value_or(0));

@@ -83,10 +83,4 @@ std::vector<storage::LasVlr> lasting_records(const std::vector<storage::LasVlr>&
   return out;
 }
 
-Status check_copc(const std::filesystem::path& cloud, const storage::LasHeader& header) {
-  if (header.point_format >= 6) return {};
-  return Error{ErrorCode::Invalid, cloud.string() + " has points of format " + std::to_string(header.point_format) +
-                                       ": COPC has the formats 6 to 8 only; --profile laz writes them as they are"};
-}
-
 }  // namespace hueline::products

@@ -60,7 +60,4 @@ class LazFile {
 /// Returns the records of a cloud that also describe a copy of it: not those of its own compression.
 std::vector<storage::LasVlr> lasting_records(const std::vector<storage::LasVlr>& records);
 
-/// Returns an error, Invalid, if the points of a cloud cannot be in a COPC file.
-Status check_copc(const std::filesystem::path& cloud, const storage::LasHeader& header);
-
 }  // namespace hueline::products

@@ -103,8 +103,58 @@ TEST(ExportLaz, KeepsAnOlderPointFormat) {
   std::uint32_t old_count = 0;
   std::memcpy(&old_count, &file[107], sizeof old_count);
   EXPECT_EQ(old_count, 120'001u) << "programs that know LAS 1.2 only look here";
-  EXPECT_EQ(export_copc(folder / "cloud.las", folder / "out.copc.laz", {}).error().code, ErrorCode::Invalid);
-  EXPECT_FALSE(std::filesystem::exists(folder / "out.copc.laz"));
+}
+
+TEST(ExportCopc, GivesOlderPointsAFormatThatItHas) {
+  const TemporaryFolder folder;
+  write_old_cloud(folder / "cloud.las", 5000);
+  std::string bytes = contents(folder / "cloud.las");
+  const auto set = [&](std::size_t point, std::size_t at, int value) {
+    bytes[storage::kLasHeaderSize14 + point * 36 + at] = static_cast<char>(value);
+  };
+  set(7, 14, 2 | 3 << 3 | 0x80);  // the second return of three, at the edge of a line
+  set(7, 15, 12 | 0x80);          // overlap, withheld
+  set(7, 16, -90);
+  set(7, 17, 5);
+  set(7, 18, 44);
+  std::ofstream(folder / "cloud.las", std::ios::binary) << bytes;
+  const auto done = export_copc(folder / "cloud.las", folder / "out.copc.laz", {});
+  ASSERT_TRUE(done) << done.error().message;
+  const auto points_of = [&](const char* name) {
+    std::map<double, std::pair<LasPoint, std::string>> out;  // by time
+    auto reader = LasReader::open(folder / name);
+    std::vector<LasPoint> points;
+    while (reader->next(points) && !points.empty())
+      for (const LasPoint& p : points)
+        out[*p.time] = {p, {reinterpret_cast<const char*>(p.record.data()), p.record.size()}};
+    return out;
+  };
+  const auto before = points_of("cloud.las"), after = points_of("out.copc.laz");
+  ASSERT_EQ(after.size(), 5000u);
+  for (const auto& [time, one] : before) {
+    const auto& [from, record] = one;
+    const LasPoint& to = after.at(time).first;
+    EXPECT_EQ(to.x, from.x);
+    EXPECT_EQ(to.y, from.y);
+    EXPECT_EQ(to.z, from.z);
+    EXPECT_EQ(to.intensity, from.intensity);
+    EXPECT_EQ(to.return_number, from.return_number);
+    EXPECT_EQ(to.return_count, from.return_count);
+    EXPECT_EQ(to.user_data, from.user_data);
+    EXPECT_EQ(to.source, from.source);
+    EXPECT_NEAR(to.scan_angle_deg, from.scan_angle_deg, 0.003);
+    EXPECT_EQ(to.red, from.red);
+    EXPECT_EQ(to.classification, from.classification == 12 ? 1 : from.classification);
+    EXPECT_EQ(after.at(time).second.substr(36), record.substr(34)) << "the extra bytes";
+  }
+  const std::string& seventh = after.at(2e8 + 7e-4).second;
+  EXPECT_EQ(static_cast<std::uint8_t>(seventh[15]), 0x80 | 8 | 4) << "edge of the line; overlap; withheld";
+
+  bytes[104] = 4;
+  bytes[105] = 57;
+  std::ofstream(folder / "waves.las", std::ios::binary) << bytes;
+  EXPECT_EQ(export_copc(folder / "waves.las", folder / "waves.copc.laz", {}).error().code, ErrorCode::Invalid);
+  EXPECT_FALSE(std::filesystem::exists(folder / "waves.copc.laz"));
 }
 
 TEST(ExportLaz, AnOlderPointFormatIsReadWithoutItsTable) {
