@@ -38,6 +38,9 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
     return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
   if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels)
     return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
+  if (colours == TJCS_CMYK || colours == TJCS_YCCK)
+    return Error{ErrorCode::Unsupported,
+                 path.string() + ": a JPEG with the four inks of printing (CMYK): convert it to RGB"};
   RgbImage image(width, height, {});
   if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT) != 0) {

@@ -2,8 +2,10 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "core/input_file.hpp"
 #include "storage/file_writer.hpp"
@@ -69,10 +71,16 @@ Result<RgbImage> read_png(const std::filesystem::path& path) {
     png_image_free(&image);
     return too_many_pixels(path, image.width, image.height);
   }
-  image.format = PNG_FORMAT_RGB;
+  // The pixels are wanted as they are stored: 16 bits have the curve of sRGB as 8 bits have it, unless the file says
+  // otherwise, and what is transparent keeps its colour.
+  image.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
+  const bool has_alpha = (image.format & PNG_FORMAT_FLAG_ALPHA) != 0;
+  image.format = has_alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
   RgbImage picture(static_cast<int>(image.width), static_cast<int>(image.height), {});
-  const png_color black{0, 0, 0};
-  if (!png_image_finish_read(&image, &black, picture.pixels.data(), 0, nullptr)) return broken();
+  std::vector<std::uint8_t> with_alpha(has_alpha ? PNG_IMAGE_SIZE(image) : 0);
+  void* const into = has_alpha ? static_cast<void*>(with_alpha.data()) : picture.pixels.data();
+  if (!png_image_finish_read(&image, nullptr, into, 0, nullptr)) return broken();
+  for (std::size_t i = 0; i < with_alpha.size() / 4; ++i) std::copy_n(&with_alpha[4 * i], 3, picture.pixels[i].begin());
   return picture;
 }
 

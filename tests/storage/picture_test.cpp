@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <string>
 
 #include "storage/cloud_picture.hpp"
 #include "storage/las_writer.hpp"
@@ -44,6 +45,25 @@ TEST(Png, GivesBackItsPixels) {
   ASSERT_TRUE(back) << back.error().message;
   EXPECT_EQ(back->width, 37);
   EXPECT_EQ(back->pixels, image.pixels);
+}
+
+/// Pixels are taken as they are stored, also of kinds that this program does not write.
+TEST(Png, ReadsSixteenBitsAndWhatIsTransparentAsItIsStored) {
+  const TemporaryFolder folder;
+  // One pixel of 116, 30, 240: with 16 bits, which are 257 times as much, and half transparent.
+  for (const std::string hex :
+       {"89504e470d0a1a0a0000000d4948445200000001000000011002000000c0e78f9d0000000f49444154789c6328299193"
+        "fbf0010008a50305f9c8a7800000000049454e44ae426082",
+        "89504e470d0a1a0a0000000d49484452000000010000000108060000001f15c4890000000d49444154789c632891fbd0"
+        "0000048f0203447138650000000049454e44ae426082"}) {
+    std::string bytes;
+    for (std::size_t i = 0; i < hex.size(); i += 2)
+      bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+    test::write_file(folder / "a.png", bytes);
+    const auto image = read_png(folder / "a.png");
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ(image->at(0, 0), (Rgb{116, 30, 240}));
+  }
 }
 
 TEST(Png, TellsWhatIsWrong) {
