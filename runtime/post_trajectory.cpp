@@ -23,6 +23,7 @@ constexpr nanoseconds kBefore{2'000'000'000};     // what may be held from befor
 constexpr std::size_t kMostStretches = 10;
 constexpr double kOtherPoint_m = 5;  // no two points of a vehicle are farther apart
 constexpr double kMostAstray = 0.25;
+constexpr double kOtherHeights_m = 20;  // no POS without sigmas errs by more in the median
 constexpr double kOtherDrive_m = 50, kSameTime_m = 0.5, kMuchBetter = 5, kSameHeading = 0.01, kOtherAxes = 0.1;
 
 /// Returns the angle in (-pi, pi].
@@ -63,7 +64,7 @@ struct PostTrajectory::Differences {
     Geodetic place{};
     Eigen::Vector3d enu, body;
     double roll = 0, pitch = 0, heading = 0, wander = 0;
-    double axis_sigma = 0;  // of the horizontal difference, each axis; 0: not known
+    double axis_sigma = 0, up_sigma = 0;  // of the horizontal difference, each axis, and of the vertical; 0: not known
     double horizontal() const { return portable::hypot(enu.x(), enu.y()); }
     /// The difference of the headings if that of the trajectory is read as `rule` says.
     double heading_by(Heading rule) const { return wrapped(heading + wander * static_cast<double>(rule)); }
@@ -104,6 +105,7 @@ struct PostTrajectory::Differences {
         double square = portable::square((*own.sigma)[0]) + portable::square((*own.sigma)[1]);
         if (a.sigma) square += portable::square((*a.sigma)[0]) + portable::square((*a.sigma)[1]);
         out.axis_sigma = std::sqrt(square / 2);
+        out.up_sigma = portable::hypot((*own.sigma)[2], a.sigma ? (*a.sigma)[2] : 0);
       }
       return out;
     }
@@ -130,6 +132,18 @@ struct PostTrajectory::Differences {
     };
     return static_cast<double>(std::count_if(pairs.begin(), pairs.end(), is_astray)) /
            static_cast<double>(pairs.size());
+  }
+  double median_up() const {
+    std::vector<double> all;
+    for (const Pair& pair : pairs) all.push_back(pair.enu.z());
+    return median(std::move(all));
+  }
+  /// Returns by how much the heights may differ in the median: errors, and another point of the vehicle.
+  double most_up() const {
+    std::vector<double> all;
+    for (const Pair& pair : pairs)
+      all.push_back(pair.up_sigma > 0 ? kOtherPoint_m + 10 * pair.up_sigma : kOtherHeights_m);
+    return median(std::move(all));
   }
   double median_heading(Heading rule) const {
     std::vector<double> all;
@@ -219,8 +233,17 @@ Result<int> PostTrajectory::find_span(GpsTime near) {
     if (!record.ok()) return record.error();
     if (!first) first = record->second;
     last = record->second;
-    if (record->sigma) comparison_.has_sigma = true;
+    if (record->sigma) ++comparison_.with_sigma;
   }
+  const drivers::SbetFile::Counts& counts = file->counts();
+  if (!config_.smrmsg.empty() && (comparison_.with_sigma == 0 || counts.impossible_accuracies > counts.accuracies / 4))
+    return Error{
+        ErrorCode::Invalid,
+        fmt::format("{}: is not the file of accuracies (SMRMSG) of {}: of {} records {} are impossible, and {}",
+                    config_.smrmsg, config_.sbet, counts.accuracies + counts.impossible_accuracies,
+                    counts.impossible_accuracies,
+                    comparison_.with_sigma > 0 ? "the others are likely to be, too"
+                                               : "none is within 2 s of a record of the trajectory")};
   int week = to_gps_week(near).week;
   const nanoseconds begin = from_seconds(*first), half = std::chrono::seconds(kSecondsPerWeek / 2);
   if (from_gps_week(week, begin) - near > half) --week;
@@ -228,11 +251,11 @@ Result<int> PostTrajectory::find_span(GpsTime near) {
   const nanoseconds utc = config_.is_utc ? nanoseconds(utc_offset_from_table(near)) : nanoseconds(0);
   comparison_.begin = from_gps_week(week, begin) + utc;
   comparison_.end = from_gps_week(week, from_seconds(*last)) + utc;
-  comparison_.records = file->counts().records;
-  comparison_.left_out = file->counts().impossible + file->counts().out_of_order;
-  comparison_.bytes_at_end = file->counts().bytes_at_end;
-  comparison_.accuracies_left_out = file->counts().impossible_accuracies;
-  comparison_.accuracy_bytes_at_end = file->counts().accuracy_bytes_at_end;
+  comparison_.records = counts.records;
+  comparison_.left_out = counts.impossible + counts.out_of_order;
+  comparison_.bytes_at_end = counts.bytes_at_end;
+  comparison_.accuracies_left_out = counts.impossible_accuracies;
+  comparison_.accuracy_bytes_at_end = counts.accuracy_bytes_at_end;
   return week;
 }
 
@@ -295,6 +318,11 @@ Status PostTrajectory::compare(const OwnSolutions& own) {
         fmt::format("lies {:.1f} m (median) from where the POS was, and farther from it for {:.0f} % of the "
                     "time than sigmas and lever arms explain: it is of another drive",
                     apart, astray * 100));
+  if (const double up = all.median_up(); std::abs(up) > all.most_up())
+    return invalid(fmt::format(
+        "lies {:.1f} m {} where the POS was (median): its heights are not those above the ellipsoid that the "
+        "POS gives; export it with ellipsoidal heights, or correct how the rig reads those of the POS",
+        std::abs(up), up > 0 ? "above" : "below"));
   return choose_heading(all);
 }
 
@@ -355,7 +383,7 @@ nlohmann::ordered_json TrajectoryComparison::json() const {
       {"accuracy_bytes_at_end", accuracy_bytes_at_end},
       {"begin", iso_utc(begin)},
       {"end", iso_utc(end)},
-      {"has_sigma", has_sigma},
+      {"records_with_sigma", with_sigma},
       {"heading", heading},
       {"compared", compared},
       {"mean_east_north_up_m", mean_enu},
@@ -382,10 +410,14 @@ nlohmann::ordered_json TrajectoryComparison::json() const {
 std::string TrajectoryComparison::text() const {
   std::string out = fmt::format(
       "trajectory {} in place of the POS's solutions, {}: differs from them by {:.3f} m east, {:.3f} m north, "
-      "{:.3f} m up, {:.3f} deg of roll, {:.3f} of pitch, {:.3f} of heading (rms); at most {:.2f} m, at {}\n",
-      file, has_sigma ? "with its own sigmas" : "without sigmas of its own", rms_enu[0], rms_enu[1], rms_enu[2],
-      rms_angles[0] * kDegPerRad, rms_angles[1] * kDegPerRad, rms_angles[2] * kDegPerRad, largest_m,
-      iso_utc(largest_at));
+      "{:.3f} m up, {:.3f} deg of roll, {:.3f} of pitch, {:.3f} of heading (rms); at most {:.2f} m horizontally, at "
+      "{}\n",
+      file,
+      with_sigma == 0         ? "without sigmas of its own"
+      : with_sigma == records ? "with its own sigmas"
+                              : fmt::format("with its own sigmas for {} of {} records", with_sigma, records),
+      rms_enu[0], rms_enu[1], rms_enu[2], rms_angles[0] * kDegPerRad, rms_angles[1] * kDegPerRad,
+      rms_angles[2] * kDegPerRad, largest_m, iso_utc(largest_at));
   if (within_two_sigma)
     out += fmt::format("           {:.0f} % of the horizontal differences are within two sigma\n",
                        *within_two_sigma * 100);

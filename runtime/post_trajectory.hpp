@@ -31,8 +31,8 @@ struct TrajectoryComparison {
   std::uint64_t accuracies_left_out = 0, accuracy_bytes_at_end = 0;  ///< of the file of its accuracies
   GpsTime begin{}, end{};                                            ///< the time that it covers
   GpsTime drive_begin{}, drive_end{};                                ///< the time of the POS's solutions
-  bool has_sigma = false;
-  std::string heading;  ///< how the heading was read, in words
+  std::uint64_t with_sigma = 0;  ///< of the records, those that have sigmas of their own
+  std::string heading;           ///< how the heading was read, in words
   std::uint64_t compared = 0;
   std::array<double, 3> mean_enu{}, rms_enu{};          ///< m
   std::array<double, 3> mean_body{}, deviation_body{};  ///< m: a constant difference is a lever arm

@@ -16,6 +16,11 @@ constexpr std::size_t kAccuracyDoubles = 10, kRecordsAtOnce = 512;
 constexpr double kAccuracyHolds_s = 2;
 constexpr double kRadPerArcMinute = std::numbers::pi / (180.0 * 60.0);
 
+bool is_text(std::byte byte) {
+  const auto code = std::to_integer<unsigned>(byte);
+  return (code >= 0x20 && code < 0x7F) || code == '\t' || code == '\n' || code == '\r';
+}
+
 }  // namespace
 
 Result<std::optional<std::vector<double>>> SbetFile::Records::next() {
@@ -39,6 +44,12 @@ Result<SbetFile> SbetFile::open(const std::string& sbet, const std::string& smrm
   if (!file.ok()) return file.error();
   if (!again.ok()) return again.error();
   SbetFile out(Records(std::move(*file), kSbetDoubles));
+  std::vector<std::byte> head(static_cast<std::size_t>(std::min<std::uint64_t>(again->size(), kSbetBytes)));
+  if (Status read = again->read(0, head); !read.ok()) return read.error();
+  if (!head.empty() && std::all_of(head.begin(), head.end(), is_text))
+    return Error{ErrorCode::Malformed, sbet +
+                                           ": is a text; a trajectory is read as SBET: export it in that form (17 "
+                                           "doubles a record, little endian)"};
   Records look(std::move(*again), kSbetDoubles);
   const auto first = look.next();
   if (!first.ok()) return first.error();
@@ -79,6 +90,7 @@ Status SbetFile::read_accuracy() {
       ++counts_.impossible_accuracies;
       continue;
     }
+    ++counts_.accuracies;
     const double second = continued_second(v[0], last_accuracy_);
     last_accuracy_ = second;
     after_ = Accuracy{second,

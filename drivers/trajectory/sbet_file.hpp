@@ -26,8 +26,8 @@ class SbetFile {
     std::uint64_t out_of_order = 0;  ///< not later than the one before; left out
     std::uint64_t impossible = 0;    ///< not a place on Earth or not a number; left out
     std::uint64_t bytes_at_end = 0;  ///< of a last record that is not whole
-    /// The same of the SMRMSG, as far as it was read.
-    std::uint64_t impossible_accuracies = 0, accuracy_bytes_at_end = 0;
+    /// Of the SMRMSG, as far as it was read: records that are possible, others, and bytes as above.
+    std::uint64_t accuracies = 0, impossible_accuracies = 0, accuracy_bytes_at_end = 0;
   };
 
   /// Opens an SBET and, unless its path is empty, an SMRMSG. Errors: those of InputFile; Malformed if the first record

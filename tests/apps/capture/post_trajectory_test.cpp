@@ -197,9 +197,37 @@ TEST_F(PostProcessed, FilesOfAnotherDriveAreRefused) {
   EXPECT_THAT(refused([](auto& v) { v[kTime] += 7200; }), HasSubstr("of another drive"));
   EXPECT_THAT(refused([](auto& v) { v[kLatitude] += 1e-4; }), HasSubstr("of another drive"));
   EXPECT_THAT(refused([](auto& v) { v[kLatitude] += 3e-6; }), HasSubstr("lies 19.")) << "in metres";
+  EXPECT_THAT(refused([](auto& v) { v[kHeight] -= 48; }), HasSubstr("m below where the POS was"));
   EXPECT_THAT(refused([](auto& v) { v[kHeading] += 1.5708; }), HasSubstr("for the axes of the POS"));
   EXPECT_THAT(refused([](auto& v) { std::swap(v[kRoll], v[kPitch]), v[kRoll] += 0.3; }),
               HasSubstr("for the axes of the POS"));
+}
+
+TEST_F(PostProcessed, AFileThatHasNoAccuraciesOfTheTrajectoryIsRefused) {
+  const std::string sbet = write();
+  const auto accuracies = [&](double later) {
+    const std::string path = (folder_ / "smrmsg.out").string();
+    std::ofstream out(path, std::ios::binary);
+    for (const auto& record : true_) {
+      std::array<double, 10> sigma{record[kTime] + later, 0.02, 0.02, 0.03, 0.01, 0.01, 0.01, 1, 1, 2};
+      out.write(reinterpret_cast<const char*>(sigma.data()), sizeof(sigma));
+    }
+    return path;
+  };
+  auto trajectory = open({sbet, accuracies(0), false, {}});
+  ASSERT_TRUE(trajectory.ok()) << trajectory.error().message;
+  EXPECT_EQ((*trajectory)->comparison().with_sigma, (*trajectory)->comparison().records);
+  const auto late = open({sbet, accuracies(900), false, {}});
+  ASSERT_FALSE(late.ok());
+  EXPECT_THAT(late.error().message, HasSubstr("none is within 2 s"));
+  const std::string text = (folder_ / "solution.pos").string();
+  std::ofstream(text) << std::string(400, '%') << "\n";
+  const auto read = open({text, {}, false, {}});
+  ASSERT_FALSE(read.ok());
+  EXPECT_THAT(read.error().message, HasSubstr("is a text"));
+  const auto twice = open({sbet, sbet, false, {}});
+  ASSERT_FALSE(twice.ok()) << "a trajectory is no file of accuracies";
+  EXPECT_EQ(twice.error().code == ErrorCode::Invalid || twice.error().code == ErrorCode::Malformed, true);
 }
 
 TEST_F(PostProcessed, WhereItHasNothingPointsHaveNoPlace) {

@@ -125,8 +125,11 @@ TEST_F(Sbet, SigmasAreThoseOfTheNearestRecordWithinTwoSeconds) {
 }
 
 TEST_F(Sbet, FilesThatAreNoneAreRefusedWithTheReason) {
-  EXPECT_THAT(SbetFile::open(write("short", {}, 100), "").error().message, HasSubstr("less than one record"));
-  EXPECT_THAT(SbetFile::open(write("text", {}, 1000), "").error().message, HasSubstr("is no SBET"));
+  EXPECT_THAT(SbetFile::open(write("short", {{10, 0.8, 0.2}}), "").error().message, HasSubstr("less than one record"));
+  EXPECT_THAT(SbetFile::open(write("empty", {}), "").error().message, HasSubstr("less than one record"));
+  EXPECT_THAT(SbetFile::open(write("text", {}, 1000), "").error().message, HasSubstr("is a text"));
+  EXPECT_THAT(SbetFile::open(write("angles", {pose(10, 0.8, 50)}), "").error().message,
+              HasSubstr("begins with an angle of 50 rad, so it is no SBET"));
   EXPECT_THAT(SbetFile::open(write("degrees", {pose(10, 48.1)}), "").error().message,
               HasSubstr("latitude of 48.1 rad"));
   const std::string good = write("good", {pose(10)});
