@@ -13,7 +13,10 @@ namespace hueline::config {
 namespace {
 
 std::string shown(const YAML::Node& node) {
-  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  constexpr std::size_t kMost = 60;  // a file in another form is one scalar
+  if (node.IsScalar())
+    return node.Scalar().size() <= kMost ? "'" + node.Scalar() + "'"
+                                         : "a text of " + std::to_string(node.Scalar().size()) + " bytes";
   if (node.IsSequence()) return fmt::format("a list of {}", node.size());
   if (node.IsMap()) return "a mapping";
   return "nothing";

@@ -124,10 +124,14 @@ int extract(const ExtractOptions& options) {
               options.sensor);
     return kWrongUse;
   }
+  if (options.out.ends_with(".pgr") && &type != &drivers::kLadybug) {
+    log_error("{}: {} is no Ladybug, and stream files (.pgr) hold the images of one; give --out another ending",
+              options.out, options.sensor);
+    return kWrongUse;
+  }
   const auto extracted = [&]() -> Result<Extracted> {
     if (is_capture) return extract_datagrams(*recording, *sensor, options);
-    if (&type != &drivers::kLadybug || !options.out.ends_with(".pgr"))
-      return extract_bytes(*recording, *sensor, options);
+    if (!options.out.ends_with(".pgr")) return extract_bytes(*recording, *sensor, options);
     auto file = PgrFile::create(options.out);
     if (!file.ok()) return file.error();
     return extract_stream(*recording, *sensor, std::move(*file));
