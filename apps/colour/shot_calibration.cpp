@@ -15,6 +15,11 @@ namespace {
 /// Reads this project's own form: `lens:` as in a rig, and `T_lens_scanner:` as a mounting; either or both.
 void read_own_yaml(const std::string& path, ShotCalibration& out) {
   config::Section root = config::Section::load_file(path);
+  if (!root.has("lens") && !root.has("T_lens_scanner"))
+    throw config::ConfigError(
+        path +
+        ": holds no calibration that is read: lens or T_lens_scanner of this program; camera_matrix (ROS, OpenCV), "
+        "CameraMat or CameraExtrinsicMat (Autoware), cam0 (Kalibr)");
   if (root.has("lens")) {
     out.intrinsics = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
     out.lens_file = path;

@@ -246,6 +246,14 @@ TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
       {"cam_to_cam.txt",
        "calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 160 120\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: 100 0 79.5 25 0 "
        "100 59.5 0 0 0 1 0\n"},
+      {"tracking.txt",
+       "P2: 100 0 79.5 25 0 100 59.5 0 0 0 1 0\nR_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\n"},
+      {"only_pose.txt", "# from the laser to the lens\nT:\n0 -1 0 0.25\n0 0 -1 0\n1 0 0 0\n0 0 0 1\n"},
+      {"rows.txt", "K:\n100 0 79.5\n0 100 59.5\n0 0 1\nD: 0 0 0 0  # k1 k2 p1 p2\n"},
+      {"named.json",
+       R"({"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "D": [], "model": "Hikvision MV-CA", "camera_model":
+                         "PINHOLE"})"},
+      {"lists.txt", "K: [100, 0, 79.5; 0, 100, 59.5; 0, 0, 1]\nD: [0, 0, 0, 0]\n"},
       {"velo_to_cam.txt", "calib_time: 15-Mar-2012 11:37:16\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0 0 0\ndelta_f: 0 0\n"},
   };
   for (const auto& [name, text] : files) write_file(dir / name, text);
@@ -255,6 +263,10 @@ TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
                                                                        {"autoware.yaml"},
                                                                        {"livox.yaml", "livox.txt"},
                                                                        {"titled.txt", "livox.txt"},
+                                                                       {"tracking.txt"},
+                                                                       {"lists.txt", "livox.txt"},
+                                                                       {"rows.txt", "only_pose.txt"},
+                                                                       {"named.json", "only_pose.txt"},
                                                                        {"kalibr.yaml", "livox.txt"},
                                                                        {"cam_to_cam.txt", "velo_to_cam.txt"},
                                                                        {"velo_to_cam.txt", "cam_to_cam.txt"},
@@ -274,19 +286,55 @@ TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
   }
 }
 
+/// The point of this cloud is seen at 7.2 deg; a distortion of 0.5 makes the two models differ by half a pixel.
+TEST_F(Shot, TheModelOfALensIsTakenByTheNameThatItsProgramGives) {
+  const std::string matrix = "camera_matrix: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n",
+                    D = "distortion_coefficients: [0.5, 0, 0, 0]\n";
+  write_file(dir / "brown.yml", matrix + D);
+  ASSERT_EQ(colour("image.png", {"brown.yml", "mounting.yaml"}).status, 0);
+  const double brown = extra(cloud()[0], "image_u");
+  const double angle = std::atan(std::hypot(0.125, 0.05)), radius = angle * (1 + 0.5 * angle * angle);
+  const double fisheye = 79.5 - 100 * radius * 0.125 / std::hypot(0.125, 0.05);
+  ASSERT_GT(std::abs(brown - fisheye), 0.05);
+  for (
+      const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{
+          {"opencv.yml", matrix + D + "fisheye_model: 1\n"},
+          {"ros.yml", matrix + D + "distortion_model: equidistant\n"},
+          {"autoware.yml",
+           "CameraMat: {data: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]}\nDistCoeff: {data: [0.5, 0, 0, 0]}\nDistModel: "
+           "fisheye\n"},
+          {"lens.json",
+           R"({"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "D": [0.5, 0, 0, 0], "distortion_model": "equidistant"})"}}) {
+    write_file(dir / name, text);
+    const Ran ran = colour("image.png", {name, "mounting.yaml"});
+    ASSERT_EQ(ran.status, 0) << ran.said;
+    EXPECT_NEAR(extra(cloud()[0], "image_u"), fisheye, 1e-3) << name;
+  }
+  write_file(dir / "brown.json", R"({"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "width": 320, "height": 240})");
+  EXPECT_NE(colour("image.png", {"brown.json", "mounting.yaml"}).said.find("320 x 240"), std::string::npos);
+}
+
 TEST_F(Shot, ALensThatIsNotReadIsRefused) {
   const std::string matrix = "camera_matrix: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n";
   for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
            {matrix + "distortion_model: double_sphere\n", "the lens model double_sphere is not read"},
            {matrix + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 0.5, 0, 0]}\n", "has 8 numbers of distortion"},
+           {matrix + "distortion_coeffs: {k1: 0.1, k2: 0}\n", "distortion_coeffs is no list of numbers"},
+           {matrix + "model: DOUBLE_SPHERE\n", "the lens model DOUBLE_SPHERE is not read"},
+           {"model_type: PINHOLE\nfx: 100\n", "holds no calibration that is read"},
+           {matrix + "xi: 1.2\n", "the lens model omnidirectional (xi) is not read"},
            {"camera_matrix: [100, 0, 79.5]\n", "camera_matrix has 3 numbers"},
-           {"camera_matrix: [a, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n", "lens.yaml:1: "},
+           {"camera_matrix: [a, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n", "lens.yaml:1: 'a' is no number"},
            {"CameraExtrinsicMat: {data: [1, 2]}\n", "CameraExtrinsicMat has 2 numbers; allowed: 12 or 16"}}) {
     write_file(dir / "lens.yaml", text);
     const Ran ran = colour("image.png", {"lens.yaml", "mounting.yaml"});
     EXPECT_EQ(ran.status, 2) << text;
     EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
   }
+  write_file(dir / "columns.txt", "0 0 1 0\n-1 0 0 0\n0 -1 0 0\n0.25 0 0 1\n");
+  EXPECT_NE(colour("image.png", {"columns.txt"}).said.find("its last row is not 0 0 0 1"), std::string::npos);
+  write_file(dir / "bad.txt", "K: 100 0 79.5 0 100 59.5 0 0 1\nD: 0.1 k2\n");
+  EXPECT_NE(colour("image.png", {"bad.txt"}).said.find("bad.txt: D: 'k2' is no number"), std::string::npos);
   write_file(dir / "words.txt", "the camera was new\n");
   EXPECT_NE(colour("image.png", {"words.txt"}).said.find("words.txt:1: is neither"), std::string::npos);
   for (const char* text : {R"({"K": "none"})", R"({"K": [[[[[1]]]]]})", R"({"K": {"data": 1}})"}) {
@@ -294,6 +342,14 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
     EXPECT_NE(colour("image.png", {"matrix.json"}).said.find("matrix.json: K has 0 numbers"), std::string::npos)
         << text;
   }
+  write_file(dir / "words.json", R"({"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "D": ["0.1", "0"]})");
+  EXPECT_NE(colour("image.png", {"words.json"}).said.find("D is no list of numbers"), std::string::npos);
+  write_file(
+      dir / "gnss.json",
+      R"({"x": {"sensor_name": "gnss", "target_sensor_name": "top_center_lidar", "param": {"sensor_calib": {"data":
+                 [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}}})");
+  EXPECT_NE(colour("image.png", {"gnss.json"}).said.find("the pose of gnss in the frame of top_center_lidar"),
+            std::string::npos);
   write_file(dir / "list.json", "[1, 2]");
   EXPECT_NE(colour("image.png", {"list.json"}).said.find("list.json: holds neither K and T"), std::string::npos);
 }

@@ -1,0 +1,131 @@
+#include "apps/colour/published_calibration.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string>
+
+#include "apps/colour/published_lens.hpp"
+#include "config/section.hpp"
+
+namespace hueline::apps {
+namespace {
+
+/// Reads a number. Throws YAML::RepresentationException.
+template <class Number>
+Number number_of(const YAML::Node& node) {
+  Number value{};
+  if (!YAML::convert<Number>::decode(node, value))
+    throw YAML::RepresentationException(node.Mark(),
+                                        node.IsScalar() ? fmt::format("'{}' is no number that fits here", node.Scalar())
+                                                        : std::string("a number is expected here"));
+  return value;
+}
+
+/// Reads the numbers of a node: a list, or a matrix with rows, cols and data.
+Numbers numbers_of(const YAML::Node& node, int depth = kDeepest) {
+  Numbers out;
+  if (depth == 0) return out;
+  if (node.IsMap()) return node["data"] ? numbers_of(node["data"], depth - 1) : out;
+  for (const auto& one : node) {
+    if (one.IsSequence()) {
+      const Numbers inner = numbers_of(one, depth - 1);
+      out.insert(out.end(), inner.begin(), inner.end());
+    } else {
+      out.push_back(number_of<double>(one));
+    }
+  }
+  return out;
+}
+
+/// Returns the first of these keys that the mapping has; empty if it has none.
+std::string first_key(const YAML::Node& root, std::initializer_list<const char*> keys) {
+  for (const char* key : keys)
+    if (root[key]) return key;
+  return {};
+}
+
+std::uint32_t pixels(const YAML::Node& node) {
+  return node && node.IsScalar() ? number_of<std::uint32_t>(node) : std::uint32_t{0};
+}
+
+/// Reads what ROS's camera_calibration and OpenCV's FileStorage write.
+bool read_matrices(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
+  const std::string K = first_key(root, {"camera_matrix", "CameraMat"});
+  if (!K.empty()) {
+    PublishedLens lens;
+    lens.K = numbers_of(root[K]);
+    const std::string D = first_key(root, kDistortionKeys);
+    if (!D.empty()) {
+      lens.distortion = numbers_of(root[D]);
+      const YAML::Node list = root[D].IsMap() ? root[D]["data"] : root[D];
+      check_distortion(path, D, lens.distortion, list && list.IsSequence() && list.size() == 0);
+    }
+    const std::string model = first_key(root, kModelKeys), loose = first_key(root, kLooseModelKeys),
+                      width = first_key(root, kWidthKeys), height = first_key(root, kHeightKeys);
+    if (!loose.empty() && root[loose].IsScalar()) lens.model = loose_model(root[loose].Scalar());
+    if (!model.empty()) lens.model = lower_case(root[model].as<std::string>());
+    // OpenCV's programs of calibration.
+    if (root["fisheye_model"] && number_of<int>(root["fisheye_model"]) != 0) lens.model = "fisheye";
+    if (root["xi"] && number_of<double>(root["xi"]) != 0) lens.model = "omnidirectional (xi)";
+    if (!width.empty()) lens.width = pixels(root[width]);
+    if (!height.empty()) lens.height = pixels(root[height]);
+    if (const YAML::Node size = root["ImageSize"]; size && size.IsSequence() && size.size() == 2) {
+      lens.width = pixels(size[0]);
+      lens.height = pixels(size[1]);
+    }
+    take_lens(lens, path, K, out);
+  }
+  // Autoware's matrix is the pose of the camera in the laser's frame.
+  if (const YAML::Node pose = root["CameraExtrinsicMat"])
+    out.T_lens_scanner = turned_round(pose_of(numbers_of(pose), path + ": CameraExtrinsicMat"));
+  return !K.empty() || root["CameraExtrinsicMat"];
+}
+
+/// Reads the first camera of Kalibr's chain.
+bool read_kalibr(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
+  const YAML::Node camera = root["cam0"];
+  if (!camera || !camera.IsMap() || !camera["intrinsics"]) return false;
+  const Numbers focal = numbers_of(camera["intrinsics"]);
+  const std::string model = camera["camera_model"] ? camera["camera_model"].as<std::string>() : "";
+  if (focal.size() != 4 || model != "pinhole")
+    throw config::ConfigError(path +
+                              ": cam0 is read if its camera_model is pinhole and its intrinsics are fu, fv, pu, pv");
+  PublishedLens lens{.K = camera_matrix(focal), .distortion = {}, .model = {}};
+  if (camera["distortion_coeffs"]) lens.distortion = numbers_of(camera["distortion_coeffs"]);
+  if (camera["distortion_model"]) lens.model = camera["distortion_model"].as<std::string>();
+  if (const YAML::Node size = camera["resolution"]; size && size.IsSequence() && size.size() == 2) {
+    lens.width = pixels(size[0]);
+    lens.height = pixels(size[1]);
+  }
+  take_lens(lens, path, "cam0", out);
+  return true;
+}
+
+}  // namespace
+
+bool read_published_yaml(const std::string& path, CalibrationParts& out) {
+  std::string text = config::read_configuration(path);
+  // The first line that OpenCV writes is no YAML.
+  if (text.starts_with("%YAML:")) text.erase(0, std::min(text.find('\n'), text.size()));
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception&) {
+    return false;
+  }
+  if (!root.IsMap()) return false;
+  try {
+    const bool has_matrices = read_matrices(path, root, out.shot);
+    // A program that keeps its settings in the same file has the lens in a part of its own.
+    const YAML::Node camera = root["camera"];
+    const bool has_part = camera && camera.IsMap() && read_matrices(path, camera, out.shot);
+    return has_matrices || has_part || read_kalibr(path, root, out.shot);
+  } catch (const YAML::Exception& e) {
+    throw config::ConfigError(fmt::format("{}:{}: {}", path, e.mark.line + 1, e.msg));
+  }
+}
+
+}  // namespace hueline::apps
