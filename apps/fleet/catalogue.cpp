@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/fleet/catalogue_table.hpp"
 #include "apps/fleet/geopackage.hpp"
 #include "apps/fleet/json_file.hpp"
 #include "apps/sha256.hpp"
@@ -53,14 +54,6 @@ void read_recording(CatalogueEntry& entry, const std::string& rig) {
   } catch (const config::ConfigError& e) {
     note(entry, e.what());
   }
-}
-
-GeoPackageValue value_of(const std::string& text) {
-  return text.empty() ? GeoPackageValue() : GeoPackageValue(printable(text));
-}
-template <class Number>
-GeoPackageValue value_of(const std::optional<Number>& number) {
-  return number ? GeoPackageValue(*number) : GeoPackageValue();
 }
 
 }  // namespace
@@ -118,38 +111,15 @@ CatalogueEntry entry_of(const std::string& drive) {
 
 Result<std::string> geopackage_of(const std::vector<CatalogueEntry>& entries) {
   GeoPackage out;
-  out.add_lines("drives", "drives of the fleet, by the places of the POS",
-                {{"name", "TEXT"},
-                 {"status", "TEXT"},
-                 {"verdict", "TEXT"},
-                 {"begin_utc", "DATETIME"},
-                 {"end_utc", "DATETIME"},
-                 {"duration_s", "DOUBLE"},
-                 {"path_m", "DOUBLE"},
-                 {"points", "INTEGER"},
-                 {"coloured_share", "DOUBLE"},
-                 {"rig", "TEXT"},
-                 {"rig_sha256", "TEXT"},
-                 {"trajectory_sha256", "TEXT"},
-                 {"program", "TEXT"},
-                 {"recording", "TEXT"},
-                 {"results", "TEXT"},
-                 {"text", "TEXT"}});
-  out.add_table("products", "files of the drives' results, with their SHA-256",
-                {{"drive_fid", "INTEGER"}, {"file", "TEXT"}, {"bytes", "INTEGER"}, {"sha256", "TEXT"}});
+  out.add_lines(drives_table());
+  out.add_table(products_table());
   // The end of the latest drive, not the time of this run: the same drives give the same catalogue.
   std::string newest = "1970-01-01T00:00:00.000Z";
   for (const CatalogueEntry& one : entries) {
     newest = std::max(newest, one.end);
-    const std::int64_t drive = out.add_line(
-        "drives", one.places,
-        {value_of(one.name), value_of(one.status), value_of(one.verdict), value_of(one.begin), value_of(one.end),
-         value_of(one.duration_s), value_of(one.path_m), value_of(one.points), value_of(one.coloured_share),
-         value_of(one.rig), value_of(one.rig_sha256), value_of(one.trajectory_sha256), value_of(one.program),
-         value_of(one.recording), value_of(one.results), value_of(one.text)});
+    const std::int64_t drive = out.add_line(drives_table().name, one.places, drive_row(one));
     for (const auto& [file, product] : one.products)
-      out.add_row("products",
-                  {drive, value_of(file), static_cast<std::int64_t>(product.bytes), value_of(product.sha256)});
+      out.add_row(products_table().name, product_row(drive, file, product));
   }
   return out.bytes(newest);
 }

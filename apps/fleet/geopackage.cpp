@@ -4,10 +4,8 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
-#include "core/angle.hpp"
+#include "apps/fleet/line.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -38,12 +36,19 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
   CONSTRAINT fk_gc_srs FOREIGN KEY (srs_id) REFERENCES gpkg_spatial_ref_sys (srs_id));
 )";
 
-template <class Number>
-void put(std::string& out, Number value) {
-  static_assert(std::endian::native == std::endian::little);
-  char bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(bytes, sizeof value);
+/// Returns the standard's name of a type, requirement 5.
+const char* type_word(ColumnType type) {
+  switch (type) {
+    case ColumnType::Text:
+      return "TEXT";
+    case ColumnType::Integer:
+      return "INTEGER";
+    case ColumnType::Real:
+      return "DOUBLE";
+    case ColumnType::Time:
+      return "DATETIME";
+  }
+  return "TEXT";
 }
 
 std::string text_literal(const std::string& text) {
@@ -74,23 +79,19 @@ void GeoPackage::execute(const std::string& sql) {
     status_ = Error{ErrorCode::Io, fmt::format("the catalogue cannot be made: {}", sqlite3_errmsg(database_.get()))};
 }
 
-void GeoPackage::create(Table table) {
+void GeoPackage::create(const Table& table, bool has_lines) {
   std::string sql = fmt::format("CREATE TABLE {} (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL", table.name);
-  if (table.has_lines) sql += ", line LINESTRING";
-  for (const GeoPackageColumn& column : table.columns) sql += fmt::format(", {} {}", column.name, column.type);
+  if (has_lines) sql += ", line LINESTRING";
+  for (const TableColumn& column : table.columns) sql += fmt::format(", {} {}", column.name, type_word(column.type));
   execute(sql + ")");
-  tables_.push_back(std::move(table));
+  contents_.push_back({table.name, table.about, has_lines});
 }
 
-void GeoPackage::add_lines(const std::string& table, const std::string& about, std::vector<GeoPackageColumn> columns) {
-  create({table, about, std::move(columns), true});
-}
+void GeoPackage::add_lines(const Table& table) { create(table, true); }
 
-void GeoPackage::add_table(const std::string& table, const std::string& about, std::vector<GeoPackageColumn> columns) {
-  create({table, about, std::move(columns), false});
-}
+void GeoPackage::add_table(const Table& table) { create(table, false); }
 
-void GeoPackage::insert(const std::string& table, const std::string& blob, const std::vector<GeoPackageValue>& values,
+void GeoPackage::insert(const std::string& table, const std::string& blob, const std::vector<TableValue>& values,
                         bool has_blob) {
   if (!status_.ok()) return;
   std::string sql = fmt::format("INSERT INTO {} VALUES (NULL", table);
@@ -103,7 +104,7 @@ void GeoPackage::insert(const std::string& table, const std::string& blob, const
     if (!blob.empty()) done = sqlite3_bind_blob64(raw, place, blob.data(), blob.size(), SQLITE_TRANSIENT);
     ++place;
   }
-  for (const GeoPackageValue& value : values) {
+  for (const TableValue& value : values) {
     if (done != SQLITE_OK) break;
     if (const auto* number = std::get_if<std::int64_t>(&value))
       done = sqlite3_bind_int64(raw, place, *number);
@@ -119,31 +120,21 @@ void GeoPackage::insert(const std::string& table, const std::string& blob, const
 }
 
 std::int64_t GeoPackage::add_line(const std::string& table, const std::vector<Geodetic>& line,
-                                  const std::vector<GeoPackageValue>& values) {
+                                  const std::vector<TableValue>& values) {
   std::string blob;
-  if (!line.empty()) {
-    std::vector<std::pair<double, double>> places;  // longitude, latitude in degrees
-    for (const Geodetic& one : line) places.emplace_back(one.longitude * kDegPerRad, one.latitude * kDegPerRad);
-    if (places.size() == 1) places.push_back(places.front());
-    const auto [west, east] = std::ranges::minmax(places, {}, &std::pair<double, double>::first);
-    const auto [south, north] = std::ranges::minmax(places, {}, &std::pair<double, double>::second);
+  if (const std::vector<LinePlace> places = line_of(line); !places.empty()) {
+    const auto [west, east] = std::ranges::minmax(places, {}, &LinePlace::first);
+    const auto [south, north] = std::ranges::minmax(places, {}, &LinePlace::second);
     // The standard's header, 2.1.3: magic, version 0, flags (little endian, an envelope of four numbers), the reference
     // system, the envelope.
     blob = "GP";
     blob += '\0';
     blob += '\3';
-    put(blob, std::int32_t{4326});
-    for (const double bound : {west.first, east.first, south.second, north.second}) put(blob, bound);
-    // Well-known binary of a line: byte order, type 2, number of points.
-    blob += '\1';
-    put(blob, std::uint32_t{2});
-    put(blob, static_cast<std::uint32_t>(places.size()));
-    for (const auto& [x, y] : places) {
-      put(blob, x);
-      put(blob, y);
-    }
-    const auto known = std::ranges::find(tables_, table, &Table::name);
-    if (known != tables_.end()) {
+    put_number(blob, std::int32_t{4326});
+    for (const double bound : {west.first, east.first, south.second, north.second}) put_number(blob, bound);
+    blob += well_known_binary(places);
+    const auto known = std::ranges::find(contents_, table, &Content::table);
+    if (known != contents_.end()) {
       known->west = std::min(known->west, west.first);
       known->east = std::max(known->east, east.first);
       known->south = std::min(known->south, south.second);
@@ -154,22 +145,22 @@ std::int64_t GeoPackage::add_line(const std::string& table, const std::vector<Ge
   return status_.ok() ? sqlite3_last_insert_rowid(database_.get()) : 0;
 }
 
-void GeoPackage::add_row(const std::string& table, const std::vector<GeoPackageValue>& values) {
+void GeoPackage::add_row(const std::string& table, const std::vector<TableValue>& values) {
   insert(table, {}, values, false);
 }
 
 Result<std::string> GeoPackage::bytes(const std::string& last_change) {
-  for (const Table& table : tables_) {
+  for (const Content& table : contents_) {
     const bool has_bounds = table.has_lines && table.west <= table.east;
-    execute(fmt::format("INSERT INTO gpkg_contents VALUES ('{}', '{}', '{}', {}, {}, {}, {})", table.name,
-                        table.has_lines ? "features" : "attributes", table.name, text_literal(table.about),
+    execute(fmt::format("INSERT INTO gpkg_contents VALUES ('{}', '{}', '{}', {}, {}, {}, {})", table.table,
+                        table.has_lines ? "features" : "attributes", table.table, text_literal(table.about),
                         text_literal(last_change),
                         has_bounds ? fmt::format("{}, {}, {}, {}", table.west, table.south, table.east, table.north)
                                    : "NULL, NULL, NULL, NULL",
                         table.has_lines ? "4326" : "NULL"));
     if (table.has_lines)
-      execute(
-          fmt::format("INSERT INTO gpkg_geometry_columns VALUES ('{}', 'line', 'LINESTRING', 4326, 0, 0)", table.name));
+      execute(fmt::format("INSERT INTO gpkg_geometry_columns VALUES ('{}', 'line', 'LINESTRING', 4326, 0, 0)",
+                          table.table));
   }
   if (!status_.ok()) return status_.error();
   sqlite3_int64 size = 0;

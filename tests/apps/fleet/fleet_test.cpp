@@ -93,9 +93,9 @@ TEST(Sha256, OfATextIsThatOfItsFile) {
 TEST(GeoPackage, KeepsEveryValueAndTellsWhatItCannotWrite) {
   const auto made = [](const std::string& name) {
     GeoPackage out;
-    out.add_lines("drives", "it's about \"drives\"", {{"name", "TEXT"}, {"size", "DOUBLE"}});
+    out.add_lines({"drives", "it's about \"drives\"", {{"name", ColumnType::Text}, {"size", ColumnType::Real}}});
     EXPECT_EQ(out.add_line("drives", {}, {name, 1.5}), 1);
-    EXPECT_EQ(out.add_line("drives", {{0.5, -1.5, 100}}, {GeoPackageValue(), GeoPackageValue()}), 2);
+    EXPECT_EQ(out.add_line("drives", {{0.5, -1.5, 100}}, {TableValue(), TableValue()}), 2);
     return *out.bytes("2026-11-23T00:00:00.000Z");
   };
   const std::string bytes = made("x'); DROP TABLE drives; --");

@@ -1,0 +1,28 @@
+#include "apps/fleet/line.hpp"
+
+#include <cstdint>
+
+#include "core/angle.hpp"
+
+namespace hueline::apps {
+
+std::vector<LinePlace> line_of(const std::vector<Geodetic>& places) {
+  std::vector<LinePlace> out;
+  for (const Geodetic& one : places) out.emplace_back(one.longitude * kDegPerRad, one.latitude * kDegPerRad);
+  if (out.size() == 1) out.push_back(out.front());
+  return out;
+}
+
+std::string well_known_binary(const std::vector<LinePlace>& line) {
+  // Byte order, type 2, number of points.
+  std::string out = "\1";
+  put_number(out, std::uint32_t{2});
+  put_number(out, static_cast<std::uint32_t>(line.size()));
+  for (const auto& [x, y] : line) {
+    put_number(out, x);
+    put_number(out, y);
+  }
+  return out;
+}
+
+}  // namespace hueline::apps
