@@ -61,6 +61,7 @@ void read_recording(CatalogueEntry& entry, const std::string& rig) {
 CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
   CatalogueEntry entry;
   entry.name = task.name;
+  entry.key = results_of(plan, task).string();
   entry.recording = task.recording().string();
   entry.program = fmt::format("{} ({})", plan.version, plan.git_revision);
   std::string rig;
@@ -86,7 +87,7 @@ CatalogueEntry entry_of(const std::string& drive) {
   CatalogueEntry entry;
   const fs::path recording = fs::absolute(runtime::drive_file(drive)).lexically_normal();
   const fs::path folder = recording.parent_path();
-  entry.recording = recording.string();
+  entry.key = entry.recording = recording.string();
   entry.status = "driven";
   std::error_code unknown;
   if (recording.stem() == "drive" && fs::exists(folder / "summary.json", unknown)) {

@@ -12,12 +12,14 @@
 #include "core/geodesy.hpp"
 #include "core/result.hpp"
 
-/// The catalogue of many drives: what was driven when and where, with which rig, and what came of it, as a GeoPackage
-/// (docs/fleet.md).
+/// The catalogue of many drives: what was driven when and where, with which rig, and what came of it (docs/fleet.md).
 namespace hueline::apps {
 
 /// A drive in the catalogue. Empty texts and missing values are not known.
 struct CatalogueEntry {
+  /// What the drive is known by where several catalogues come together: the folder in which the plan has its results,
+  /// whether they are there or not; the recording of a drive without a plan.
+  std::string key;
   std::string name, recording, results;  ///< the drive; its recording; the folder of its products
   std::string status, text;              ///< of its task, or "open"; "driven" for a drive without a plan; and why
   std::string verdict;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +15,8 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/fleet/catalogue.hpp"
+#include "apps/fleet/catalogue_output.hpp"
+#include "apps/fleet/postgres.hpp"
 #include "apps/fleet/state.hpp"
 #include "apps/fleet/submit.hpp"
 #include "apps/log.hpp"
@@ -182,6 +185,19 @@ void add_fleet_submit(Command& fleet) {
 }
 
 int catalogue(const std::vector<std::string>& named, const std::string& out) {
+  if (std::ranges::any_of(named, PostgresAddress::is_meant)) {
+    log_error("the address of a database is given with --out");
+    return kWrongUse;
+  }
+  const auto output = CatalogueOutput::of(out);
+  if (!output.ok()) {
+    log_error("--out: {}", output.error().message);
+    return kWrongUse;
+  }
+  if (const Status ready = (*output)->check(); !ready.ok()) {
+    log_error("{}", ready.error().message);
+    return kOutputRefused;
+  }
   std::vector<CatalogueEntry> entries;
   for (const std::string& one : named) {
     if (!one.ends_with(".json")) {
@@ -200,13 +216,12 @@ int catalogue(const std::vector<std::string>& named, const std::string& out) {
     log_error("{}: {}", entry.name, entry.text);
     status = kInputUnreadable;
   }
-  const auto bytes = geopackage_of(entries);
-  const Status written = bytes.ok() ? write_output(out, *bytes) : Status(bytes.error());
+  const auto written = (*output)->write(entries);
   if (!written.ok()) {
     log_error("{}", written.error().message);
     return kOutputRefused;
   }
-  fmt::print("{} in {}\n", number_of(entries.size()), out);
+  fmt::print("{} {}\n", number_of(entries.size()), *written);
   return status;
 }
 
@@ -216,13 +231,16 @@ void add_fleet_catalogue(Command& fleet) {
     std::string out;
   };
   auto options = std::make_shared<Options>();
-  Command command = fleet.command(
-      "catalogue",
-      "write a GeoPackage of many drives: when, where, rig, verdict, figures, and the SHA-256 of the products");
+  Command command =
+      fleet.command("catalogue",
+                    "write many drives into a GeoPackage or a database: when, where, rig, verdict, figures, "
+                    "and the SHA-256 of the products");
   command.required("DRIVES", options->named,
                    "folders of drives, recordings, or plans (.json), of which all drives are taken");
-  command.required("--out", options->out, "the GeoPackage, such as fleet.gpkg");
-  command.reads(options->named).writes(options->out);
+  command.required("--out", options->out,
+                   "the GeoPackage, such as fleet.gpkg; or the database, postgresql://USER@HOST/DATABASE, in which the "
+                   "rows of these drives are replaced and those of others stay; its password belongs in ~/.pgpass");
+  command.reads(options->named);
   command.runs([options] { return catalogue(options->named, options->out); });
 }
 

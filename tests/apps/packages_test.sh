@@ -31,12 +31,13 @@ done
 holds hueline-capture '^./usr/bin/hueline(|-guest|-console)$'
 holds hueline-capture '^./usr/share/hueline/console/index.html$'
 lacks hueline-capture 'hueline-office|include|\.a$|simulat|scor'
-! needs hueline-capture | grep -E 'embree|opencv|ceres|-dev' || fail "a vehicle needs too much"
+! needs hueline-capture | grep -E 'embree|opencv|ceres|libpq|-dev' || fail "a vehicle needs too much"
 for part in systemd/system/hueline@.service systemd/system/hueline-console.service udev/rules.d/60-hueline.rules sysctl.d/60-hueline.conf sysusers.d/hueline.conf \
   tmpfiles.d/hueline.conf; do
   holds hueline-capture "^./usr/lib/$part$"
 done
 holds hueline-tools '^./usr/bin/hueline-office$'
+needs hueline-tools | grep -q libpq5 || fail "no library for the catalogue in a database"
 needs hueline-tools | grep -q "hueline-capture (= " || fail "the tools may be of another version"
 holds libhueline-dev '^./usr/lib/cmake/hueline/hueline-config.cmake$'
 holds libhueline-dev '^./usr/include/hueline/core/packet.hpp$'

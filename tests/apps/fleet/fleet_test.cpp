@@ -19,6 +19,7 @@
 #include "apps/fleet/fleet.hpp"
 #include "apps/fleet/geopackage.hpp"
 #include "apps/fleet/plan.hpp"
+#include "apps/fleet/postgres.hpp"
 #include "apps/fleet/state.hpp"
 #include "apps/fleet/submit.hpp"
 #include "apps/fleet/task.hpp"
@@ -108,6 +109,46 @@ TEST(GeoPackage, KeepsEveryValueAndTellsWhatItCannotWrite) {
   const auto none = wrong.bytes("");
   ASSERT_FALSE(none.ok());
   EXPECT_THAT(none.error().message, HasSubstr("no such table: nowhere"));
+}
+
+TEST(PostgresAddress, IsShownWithoutItsPassword) {
+  const auto shown = [](const std::string& uri) {
+    const auto address = PostgresAddress::parse(uri);
+    EXPECT_TRUE(address.ok()) << uri;
+    return address.ok() ? address->shown() : address.error().message;
+  };
+  EXPECT_EQ(shown("postgresql://host/fleet"), "postgresql://host/fleet");
+  EXPECT_EQ(shown("postgres://me:secret@host:5433/fleet?sslmode=require"), "postgresql://me@host:5433/fleet");
+  EXPECT_EQ(shown("postgresql://me:se%40c%2Fret@[::1]/fleet"), "postgresql://me@::1/fleet");
+  EXPECT_EQ(shown("postgresql://me:sec?ret@host/fleet"), "postgresql://me@host/fleet");
+  EXPECT_EQ(shown("postgresql://host/fleet?user=me&%70assword=secret&sslpassword=secret"),
+            "postgresql://me@host/fleet");
+  EXPECT_EQ(shown("postgresql://%2Ftmp%2Fx/fleet"), "postgresql:///fleet?host=/tmp/x");
+  EXPECT_EQ(shown("postgresql:///fl%1Beet"), "postgresql:///fl\\x1beet") << "nothing controls a terminal";
+}
+
+TEST(PostgresAddress, OfAnotherFormIsRefusedWithoutItsPassword) {
+  for (const char* uri : {"postgresql://me:secret@secret@host/fleet", "postgresql://me:secret/secret@host/fleet",
+                          "postgresql://me:secret%zz@host/fleet", "postgresql://me:secret@host/fleet?secret",
+                          "postgresql://me:secret@[::1", "postgresql://host/fleet?secret=secret",
+                          "postgresql://me:sec: \"secret%zz@host/fleet", "postgresql://me:secret?secret@@host",
+                          "postgresql://me:secret/fleet"}) {
+    const auto address = PostgresAddress::parse(uri);
+    ASSERT_FALSE(address.ok()) << uri;
+    EXPECT_EQ(address.error().code, ErrorCode::Invalid);
+    EXPECT_THAT(address.error().message, HasSubstr("postgresql://USER@HOST:PORT/DATABASE"));
+    EXPECT_THAT(address.error().message, ::testing::Not(HasSubstr("secret"))) << uri;
+  }
+}
+
+TEST_F(Fleet, CatalogueKnowsADriveByItsPlan) {
+  add_drive("one", "no recording");
+  const FleetPlan made = plan();
+  const std::string key = entry_of(made, made.tasks[0]).key;
+  EXPECT_EQ(key, made.results() / made.tasks[0].name);
+  ASSERT_TRUE(do_first(made, copier()).ok());
+  EXPECT_EQ(entry_of(made, made.tasks[0]).key, key) << "whether it is done or not";
+  EXPECT_EQ(entry_of(folder_ / "one").key, folder_ / "one" / "drive.mcap");
 }
 
 TEST_F(Fleet, CatalogueHasDrivesThatAreNotDoneAndWhy) {
