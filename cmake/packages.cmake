@@ -40,7 +40,18 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_COMPONENTS_ALL capture tools dev doc)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE ${package_release})
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+if(CMAKE_CROSSCOMPILING)
+  # Debian's tool that finds the packages of libraries knows those of this machine only. The packages that were made for it are asked
+  # instead: one release of Debian has the same libraries on all machines (tools/arm64 compares what the programs need).
+  set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS OFF)
+  set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package_dependencies.cmake)
+  set(CPACK_HUELINE_NATIVE_PACKAGES ${PROJECT_SOURCE_DIR}/build/release/packages)
+  set(native_programs ${PROJECT_SOURCE_DIR}/build/release/bin)  # their --help is the manual
+else()
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(native_programs ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+endif()
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE zstd)  # xz packs a quarter smaller, and takes ten times as long
 
@@ -98,7 +109,7 @@ endforeach()
 
 add_custom_command(
   OUTPUT ${package_parts}/man/made
-  COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=${commit_time} ${PROJECT_SOURCE_DIR}/packaging/manual.sh ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} ${package_parts}/man
+  COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=${commit_time} ${PROJECT_SOURCE_DIR}/packaging/manual.sh ${native_programs} ${package_parts}/man
   COMMAND ${CMAKE_COMMAND} -E touch ${package_parts}/man/made
   DEPENDS hueline hueline-office hueline-console packaging/manual.sh
   COMMENT "the manual pages, from each command's --help"
