@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <utility>
 
 #include "core/packed_file.hpp"
@@ -47,7 +49,7 @@ Result<CaptureFile> CaptureFile::open(const std::string& path) {
 
 Result<CaptureFile> CaptureFile::from_stream(std::FILE* stream, std::string name) {
   CaptureFile file(stream, std::move(name));
-  if (Status header = file.read_header(); !header) return header.error();
+  if (Status header = file.read_header(); !header) return file.read_error_.value_or(header.error());
   return file;
 }
 
@@ -71,6 +73,7 @@ CaptureFile::Fill CaptureFile::fill(std::size_t size) {
   const std::size_t had = buffer_.size();
   buffer_.resize(had + size);
   const std::size_t got = std::fread(buffer_.data() + had, 1, size, file_.get());
+  if (got < size && std::ferror(file_.get()) != 0) read_error_ = io_error("read " + name_, errno);
   offset_ += got;
   buffer_.resize(had + got);
   return got == size ? Fill::Whole : got == 0 ? Fill::AtEnd : Fill::Cut;
@@ -104,8 +107,10 @@ Status CaptureFile::read_header() {
 Result<CaptureFrame> CaptureFile::next() {
   if (ended_) return *ended_;
   Result<CaptureFrame> frame = is_blocks_ ? next_block() : next_classic();
-  if (!frame) ended_ = frame.error();
-  return frame;
+  if (frame.ok()) return frame;
+  // A disk or network that fails is no end of the file.
+  ended_ = read_error_.value_or(frame.error());
+  return *ended_;
 }
 
 Result<CaptureFrame> CaptureFile::next_classic() {

@@ -78,6 +78,7 @@ class CaptureFile {
   std::uint64_t offset_ = 0, record_ = 0;  // read position; start of the current record
   std::vector<std::byte> buffer_;
   std::optional<Error> ended_;
+  std::optional<Error> read_error_;  // of the system, or of the network
 };
 
 }  // namespace hueline::drivers
