@@ -9,7 +9,10 @@
 
 namespace hueline::storage {
 PartChoice::Fate PartChoice::judge(const Packet& packet) {
-  if (!std::exchange(has_begun_, true)) begin_ = packet.received;
+  if (!std::exchange(has_begun_, true)) {
+    begin_ = packet.received;
+    begin_sequence_ = packet.sequence;
+  }
   // The stamps of different devices do not come quite in order: the time of the drive is that of the newest.
   newest_ = std::max(newest_, packet.received - begin_);
   if (part_.to_s && newest_ > from_seconds(*part_.to_s)) return Fate::Stop;
@@ -45,6 +48,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   if (!writer.ok()) return writer.error();
   CopiedPart result;
   PartChoice choice(part);
+  bool has_begun = false;
   for (;;) {
     auto packet = journal.next({});
     if (!packet.ok()) {
@@ -57,6 +61,8 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
       break;
     }
     const auto fate = choice.judge(*packet);
+    if (!std::exchange(has_begun, true) && part.from_s > 0)
+      journal.skip_before(choice.begin() + from_seconds(part.from_s));
     if (fate == PartChoice::Fate::Stop) {
       result.ends_early = true;
       break;

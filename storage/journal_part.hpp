@@ -36,8 +36,9 @@ class PartChoice {
   HostTime begin() const { return begin_; }
   /// How long after it the newest packet so far came.
   nanoseconds newest() const { return newest_; }
-  /// Packets left out so far: before the time, and of sensors that are left out.
-  std::uint64_t before() const { return before_; }
+  /// Packets left out so far: before the time, and of sensors that are left out. Those before the time are counted by
+  /// their sequence once one is kept, so packets that the capture lost, and those that a reader passed over, count too.
+  std::uint64_t before() const { return has_first_ ? first_ - begin_sequence_ : before_; }
   std::uint64_t of_others() const { return of_others_; }
 
  private:
@@ -48,7 +49,8 @@ class PartChoice {
   bool has_begun_ = false, has_first_ = false;
   HostTime begin_{};
   nanoseconds newest_{0};
-  std::uint64_t first_ = 0;  // sequence of the first packet of the time that is kept
+  std::uint64_t begin_sequence_ = 0;  // of the first packet of the recording
+  std::uint64_t first_ = 0;           // sequence of the first packet of the time that is kept
   std::uint64_t before_ = 0, of_others_ = 0;
   std::uint64_t ledgers_ = 0;  // left out, because they count what is in the old recording
 };
@@ -56,7 +58,7 @@ class PartChoice {
 /// What was copied, and what was not.
 struct CopiedPart {
   std::uint64_t packets = 0, bytes = 0;     ///< written, and bytes of their payloads
-  std::uint64_t before = 0, of_others = 0;  ///< left out: before the time, and of sensors that are left out
+  std::uint64_t before = 0, of_others = 0;  ///< left out: see PartChoice
   bool ends_early = false;                  ///< the recording was not read to its end, because `to_s` was reached
   std::uint64_t damages = 0;                ///< damaged chunks that were skipped, and segments that are missing
   std::string first_damage;                 ///< why; empty if nothing was damaged
@@ -66,7 +68,7 @@ struct CopiedPart {
 /// Copies packets of a recording into a new one, which is whole, whatever state the old one is in. Packets keep bytes,
 /// times and marks. Their sequence begins at 0 and has the gaps of the old one, so packets that the capture lost stay
 /// missing and those that are left out do not. The ledgers of the old one are left out if sequences change. The header
-/// says where the new one is from.
+/// says where the new one is from. Chunks before the time are passed over without reading them.
 ///
 /// Errors: of the new file, which is then as far as it came; Unsupported if there is nothing to write. The old file is
 /// only read.

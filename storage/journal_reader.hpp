@@ -45,6 +45,8 @@ class JournalReader final : public PacketSource {
   /// Passes over chunks of which every packet came before `time`, until the first packet that did not: whoever seeks
   /// needs not read what lies before. Packets before `time` may still be returned.
   void skip_before(HostTime time);
+  /// Returns whether the present file has an index, without which skip_before() reads a part of every chunk.
+  bool has_index() { return mcap_ && mcap_->has_index(); }
   /// Returns when the newest packet came, without reading the packets; empty if that is not possible. It reads the end
   /// of a whole recording, and the heads of the chunks of one that was cut.
   std::optional<HostTime> newest() const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,27 @@ constexpr std::uint64_t kUnpackedShare = 64;
 constexpr std::size_t kFooterContent = 8 + 8 + 4;
 constexpr std::size_t kFileTail = kMcapRecordHead + kFooterContent + kMcapMagic.size();
 constexpr std::size_t kChunkTimes = 8 + 8;  // a chunk begins with the times of its oldest and newest message
+
+/// What a footer says of the summary.
+struct Footer {
+  std::uint64_t summary_at = 0;
+  std::uint32_t crc = 0;
+};
+
+/// Reads the last bytes of a file; nothing if they are no footer.
+std::optional<Footer> footer_of(std::span<const std::byte, kFileTail> tail) {
+  ByteReader in(tail);
+  const auto opcode = static_cast<McapOpcode>(in.take<std::uint8_t>());
+  const auto length = in.take<std::uint64_t>();
+  Footer out;
+  out.summary_at = in.take<std::uint64_t>();
+  in.take<std::uint64_t>();
+  out.crc = in.take<std::uint32_t>();
+  if (opcode != McapOpcode::Footer || length != kFooterContent ||
+      !std::equal(kMcapMagic.begin(), kMcapMagic.end(), tail.data() + kMcapRecordHead + kFooterContent))
+    return {};
+  return out;
+}
 
 std::uint64_t newest_of_chunk(ByteView times) {
   ByteReader in(times);
@@ -145,6 +167,7 @@ std::optional<Error> McapReader::read_record() {
     end_ = error;
     return error;
   };
+  if (skip_before_ > 0 && pass_over_by_index()) return {};
   const std::uint64_t left = file_.size() - at_;
   if (left == 0) return finish(truncated(at_, "without the end mark: the recording was cut off"));
   if (left < kMcapRecordHead) return finish(truncated(at_, "inside a record"));
@@ -240,15 +263,9 @@ Error McapReader::check_end(std::uint32_t stated_data_crc) {
   if (file_.size() - at_ < kFileTail) return truncated(at_, "inside the summary; all messages are whole");
   std::byte tail[kFileTail];
   if (Status done = file_.read(file_.size() - kFileTail, tail); !done) return done.error();
-  ByteReader in(tail);
-  const auto opcode = static_cast<McapOpcode>(in.take<std::uint8_t>());
-  const auto length = in.take<std::uint64_t>();
-  const auto summary_at = in.take<std::uint64_t>();
-  in.take<std::uint64_t>();
-  const auto crc = in.take<std::uint32_t>();
-  if (opcode != McapOpcode::Footer || length != kFooterContent ||
-      !std::equal(kMcapMagic.begin(), kMcapMagic.end(), tail + kMcapRecordHead + kFooterContent))
-    return truncated(at_, "inside the summary; all messages are whole");
+  const auto footer = footer_of(tail);
+  if (!footer) return truncated(at_, "inside the summary; all messages are whole");
+  const auto [summary_at, crc] = *footer;
   const std::uint64_t footer_at = file_.size() - kFileTail;
   const std::uint64_t summary_end = footer_at + kMcapRecordHead + kFooterContent - sizeof crc;
   if (summary_at == 0) return {ErrorCode::EndOfData, "end of " + file_.path().string()};
@@ -270,6 +287,49 @@ Error McapReader::check_end(std::uint32_t stated_data_crc) {
   return {ErrorCode::EndOfData, "end of " + file_.path().string()};
 }
 
+/// Returns the index of a whole summary; nothing if there is none, or if it contradicts itself.
+const std::vector<McapReader::IndexedChunk>& McapReader::index() {
+  if (index_) return *index_;
+  index_.emplace();
+  std::byte tail[kFileTail];
+  if (file_.size() < kMcapMagic.size() + kFileTail || !file_.read(file_.size() - kFileTail, tail).ok()) return *index_;
+  const auto footer = footer_of(tail);
+  if (!footer || footer->summary_at == 0 || footer->summary_at > file_.size() - kFileTail) return *index_;
+  const std::uint64_t end = file_.size() - kFileTail + kMcapRecordHead + kFooterContent - sizeof footer->crc;
+  const Result<Buffer> summary = read(footer->summary_at, end - footer->summary_at);
+  if (!summary.ok() || (footer->crc != 0 && footer->crc != crc32(0, summary->bytes()))) return *index_;
+  std::vector<IndexedChunk> chunks;
+  for (ByteReader records(summary->bytes()); records.ok() && records.remaining() > kFooterContent;) {
+    const auto kind = static_cast<McapOpcode>(records.take<std::uint8_t>());
+    const ByteView content = records.take_bytes(records.take<std::uint64_t>());
+    if (kind != McapOpcode::ChunkIndex) continue;
+    ByteReader in(content);
+    IndexedChunk chunk;
+    in.take<std::uint64_t>();  // the oldest message
+    chunk.newest = in.take<std::uint64_t>();
+    chunk.begin = in.take<std::uint64_t>();
+    const auto length = in.take<std::uint64_t>();
+    in.take_bytes(in.take<std::uint32_t>());  // where the messages' indexes are
+    const auto indexes = in.take<std::uint64_t>();
+    const std::uint64_t left = footer->summary_at - std::min(chunk.begin, footer->summary_at);
+    if (!in.ok() || length > left || indexes > left - length) return *index_;
+    chunk.end = chunk.begin + length + indexes;
+    if (!chunks.empty() && chunk.begin < chunks.back().end) return *index_;
+    chunks.push_back(chunk);
+  }
+  index_ = std::move(chunks);
+  return *index_;
+}
+
+/// Passes over the chunks at this place that are too old, and over what follows each. Returns whether there were some.
+bool McapReader::pass_over_by_index() {
+  auto chunk = std::ranges::lower_bound(index(), at_, {}, &IndexedChunk::begin);
+  const std::uint64_t before = at_;
+  for (; chunk != index().end() && chunk->begin == at_ && chunk->newest < skip_before_; ++chunk, ++chunks_skipped_)
+    at_ = chunk->end;
+  return at_ > before;
+}
+
 std::optional<std::uint64_t> newest_log_time(const std::filesystem::path& path) {
   const auto file = InputFile::open(path);
   if (!file) return {};
@@ -279,11 +339,8 @@ std::optional<std::uint64_t> newest_log_time(const std::filesystem::path& path) 
   // The records of the summary stand at the end, those of the data before it.
   std::uint64_t at = kMcapMagic.size();
   if (std::byte tail[kFileTail]; end >= kFileTail + at && file->read(end - kFileTail, tail)) {
-    ByteReader in(tail);
-    const bool is_footer = static_cast<McapOpcode>(in.take<std::uint8_t>()) == McapOpcode::Footer;
-    const auto length = in.take<std::uint64_t>();
-    const auto summary_at = in.take<std::uint64_t>();
-    if (is_footer && length == kFooterContent && summary_at > 0 && summary_at < end) at = summary_at;
+    const auto footer = footer_of(tail);
+    if (footer && footer->summary_at > 0 && footer->summary_at < end) at = footer->summary_at;
   }
   while (end - at >= kMcapRecordHead) {
     std::byte head[kMcapRecordHead];

@@ -40,9 +40,12 @@ class McapReader {
   Result<McapMessage> next();
 
   /// Passes over chunks that hold only messages with an earlier `log_time`, ns, without reading them; the CRC and the
-  /// counts of the whole file are then not checked. Chunks that hold others are read whole. 0: reads all again.
+  /// counts of the whole file are then not checked. Chunks that hold others are read whole. 0: reads all again. Which
+  /// these are is taken from the index in the summary; of a file without one the head of each chunk is read.
   void skip_chunks_before(std::uint64_t log_time) { skip_before_ = log_time; }
   std::uint64_t chunks_skipped() const { return chunks_skipped_; }
+  /// Returns whether the file has an index of its chunks. The first call reads it.
+  bool has_index() { return !index().empty(); }
 
   // What was read so far.
   const std::map<std::uint16_t, McapSchema>& schemas() const { return schemas_; }
@@ -67,6 +70,12 @@ class McapReader {
   std::optional<Error> take_description(McapOpcode opcode, ByteView content, std::uint64_t record_at);
   std::optional<Error> take_from_chunk(std::optional<McapMessage>& message);
   Error check_end(std::uint32_t stated_data_crc);
+  struct IndexedChunk {
+    std::uint64_t begin = 0, end = 0;  // in the file; the messages' indexes, which follow a chunk, included
+    std::uint64_t newest = 0;          // log time, ns
+  };
+  const std::vector<IndexedChunk>& index();
+  bool pass_over_by_index();
   Error truncated(std::uint64_t at, const std::string& inside) const;
   Error damaged(std::uint64_t at, const std::string& what) const;
 
@@ -79,6 +88,7 @@ class McapReader {
   std::uint32_t data_crc_ = 0;
   std::uint64_t unpacked_ = 0;  // bytes of all compressed chunks so far
   std::uint64_t skip_before_ = 0, chunks_skipped_ = 0;
+  std::optional<std::vector<IndexedChunk>> index_;  // in the order of the file; empty: not read yet
   bool damage_reported_ = false;
   std::optional<Error> end_, pending_;  // pending_: an error met while opening, returned by the first next()
   std::map<std::uint16_t, McapSchema> schemas_;

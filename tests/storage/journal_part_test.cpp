@@ -83,7 +83,7 @@ TEST_F(JournalParts, TimeIsThatOfTheNewestPacketSoFar) {
   const auto first = std::find_if(packets.begin(), packets.end(),
                                   [&](const Packet& packet) { return equal_but_for_sequence(packet, part[0]); });
   ASSERT_NE(first, packets.end());
-  EXPECT_EQ(copied.before, static_cast<std::uint64_t>(first - packets.begin()));
+  EXPECT_EQ(copied.before, first->sequence - packets[0].sequence);
   for (std::size_t i = 0; i < part.size(); ++i) {
     const Packet& old = *(first + static_cast<std::ptrdiff_t>(i));
     EXPECT_TRUE(equal_but_for_sequence(old, part[i])) << i;
@@ -151,35 +151,48 @@ TEST_F(JournalParts, WhatIsWholeOfADamagedRecordingIsRecovered) {
   }
 }
 
-/// Whoever seeks gets the same packets as whoever reads all, without reading what lies before.
+/// Whoever seeks gets the same packets as whoever reads all, without reading what lies before: by the index, and by the
+/// heads of the chunks where a crash has cut it off.
 TEST_F(JournalParts, SeekingGivesWhatIsThere) {
   const auto packets = sample_packets(3000);
   write(packets);
-  const double from_s = 1;
-  copy({.from_s = from_s});
-  const auto expected = read();
+  const JournalPart part{.from_s = 1};
+  std::vector<Packet> expected;
+  PartChoice all(part);
+  for (Packet packet : packets) {
+    if (all.judge(packet) != PartChoice::Fate::Keep) continue;
+    packet.sequence = all.sequence_of(packet);
+    expected.push_back(packet);
+  }
   ASSERT_GT(expected.size(), 500u);
+  for (const bool has_index : {true, false}) {
+    if (!has_index) std::filesystem::resize_file(whole_, std::filesystem::file_size(whole_) - 1);
+    const CopiedPart copied = copy(part);
+    EXPECT_EQ(copied.end.ok(), has_index);
+    const auto found = read();
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_TRUE(test::same(found[i], expected[i])) << i;
 
+    auto journal = JournalReader::open(whole_);
+    ASSERT_TRUE(journal.ok());
+    EXPECT_EQ((*journal)->has_index(), has_index);
+    std::uint64_t read_in_all = 0;
+    for (auto packet = (*journal)->next({}); packet.ok(); packet = (*journal)->next({}))
+      if (read_in_all++ == 0) (*journal)->skip_before(packet->received + from_seconds(part.from_s));
+    EXPECT_LT(read_in_all, packets.size() * 3 / 4);
+  }
+}
+
+/// An index that somebody has damaged is not believed: its summary has a CRC.
+TEST_F(JournalParts, ADamagedIndexIsNotUsed) {
+  const auto packets = sample_packets(3000);
+  write(packets);
+  std::string bytes = test::contents(whole_);
+  bytes[bytes.size() - 300] = static_cast<char>(~bytes[bytes.size() - 300]);
+  test::write_file(whole_, bytes);
   auto journal = JournalReader::open(whole_);
   ASSERT_TRUE(journal.ok());
-  PartChoice choice({.from_s = from_s});
-  std::vector<Packet> found;
-  std::uint64_t read_in_all = 0;
-  for (;;) {
-    auto packet = (*journal)->next({});
-    if (!packet.ok()) {
-      EXPECT_EQ(packet.error().code, ErrorCode::EndOfData) << packet.error().message;
-      break;
-    }
-    const auto fate = choice.judge(*packet);
-    if (read_in_all++ == 0) (*journal)->skip_before(choice.begin() + from_seconds(from_s));
-    if (fate != PartChoice::Fate::Keep) continue;
-    packet->sequence = choice.sequence_of(*packet);
-    found.push_back(*packet);
-  }
-  ASSERT_EQ(found.size(), expected.size());
-  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_TRUE(test::same(found[i], expected[i])) << i;
-  EXPECT_LT(read_in_all, packets.size() * 3 / 4);
+  EXPECT_FALSE((*journal)->has_index());
 }
 
 TEST_F(JournalParts, TheNewestPacketIsFoundWithAndWithoutASummary) {
