@@ -14,6 +14,7 @@
 #include "core/input_file.hpp"
 #include "core/nearest_word.hpp"
 #include "core/output_file.hpp"
+#include "core/remote_store.hpp"
 #include "runtime/recording.hpp"
 
 namespace hueline::apps {
@@ -149,7 +150,11 @@ int Command::run(const Files& files, const std::function<int()>& work) {
   std::vector<InputFile> inputs;  // open until the work is done
   const auto hold = [&](const std::string& path) {
     constexpr std::size_t kMostHeld = 500;  // a program may have 1024 files open
-    for (const auto& segment : storage::find_segments(runtime::drive_file(path)))
+    // Nothing is written to an address, so what lies at one needs no protection.
+    const auto segments =
+        is_address(path) ? Result(std::vector<storage::Segment>()) : storage::find_segments(runtime::drive_file(path));
+    if (!segments.ok()) return;
+    for (const auto& segment : *segments)
       if (auto file = InputFile::open(segment.path); file.ok() && inputs.size() < kMostHeld)
         inputs.push_back(std::move(*file));
   };

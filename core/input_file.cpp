@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <map>
 #include <utility>
@@ -24,6 +25,27 @@ OpenInputs& open_inputs() {
   return inputs;
 }
 
+/// A stream of a file at an address, for fopencookie().
+struct RemoteStream {
+  std::shared_ptr<RemoteFile> file;
+  std::uint64_t at = 0;
+
+  static ssize_t read(void* cookie, char* out, std::size_t size) {
+    auto& stream = *static_cast<RemoteStream*>(cookie);
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(size, stream.file->size() - stream.at));
+    if (!stream.file->read(stream.at, std::as_writable_bytes(std::span(out, part))).ok()) {
+      errno = EIO;
+      return -1;
+    }
+    stream.at += part;
+    return static_cast<ssize_t>(part);
+  }
+  static int close(void* cookie) {
+    delete static_cast<RemoteStream*>(cookie);
+    return 0;
+  }
+};
+
 const char* kind_of(mode_t mode) { return S_ISFIFO(mode) ? "a pipe" : S_ISSOCK(mode) ? "a socket" : "a device"; }
 
 }  // namespace
@@ -35,6 +57,11 @@ bool is_open_input(const struct stat& facts) {
 }
 
 Result<InputFile> InputFile::open(const std::filesystem::path& path) {
+  if (is_address(path)) {
+    auto remote = open_remote(path);
+    if (!remote.ok()) return remote.error();
+    return InputFile(path, std::move(*remote));
+  }
   int fd = -1;
   // Without O_NONBLOCK, open() would wait for the writer of a pipe.
   do fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -63,8 +90,12 @@ InputFile::InputFile(std::filesystem::path path, int fd, const struct stat& fact
   ++inputs.count[{device_, inode_}];
 }
 
+InputFile::InputFile(std::filesystem::path path, std::shared_ptr<RemoteFile> remote)
+    : path_(std::move(path)), remote_(std::move(remote)), size_(remote_->size()) {}
+
 InputFile::InputFile(InputFile&& other) noexcept
     : path_(std::move(other.path_)),
+      remote_(std::move(other.remote_)),
       fd_(std::exchange(other.fd_, -1)),
       size_(other.size_),
       device_(other.device_),
@@ -72,6 +103,7 @@ InputFile::InputFile(InputFile&& other) noexcept
 
 InputFile& InputFile::operator=(InputFile&& other) noexcept {
   std::swap(path_, other.path_);
+  std::swap(remote_, other.remote_);
   std::swap(fd_, other.fd_);
   std::swap(size_, other.size_);
   std::swap(device_, other.device_);
@@ -91,6 +123,9 @@ InputFile::~InputFile() {
 }
 
 Status InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
+  if (remote_ && (offset > size_ || out.size() > size_ - offset))
+    return Error{ErrorCode::Truncated, path_.string() + " ends at byte " + std::to_string(size_)};
+  if (remote_) return remote_->read(offset, out);
   while (!out.empty()) {
     const ssize_t got = ::pread(fd_, out.data(), out.size(), static_cast<off_t>(offset));
     if (got < 0) {
@@ -104,7 +139,23 @@ Status InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
   return {};
 }
 
+Status InputFile::check_on_this_computer() const {
+  if (!remote_) return {};
+  return Error{ErrorCode::Unsupported,
+               path_.string() + ": files of this format are not read from object storage: copy it to this computer"};
+}
+
 Result<std::FILE*> InputFile::stream() const {
+  if (remote_) {
+    auto cookie = std::make_unique<RemoteStream>(RemoteStream{remote_});
+    cookie_io_functions_t calls{};
+    calls.read = RemoteStream::read;
+    calls.close = RemoteStream::close;
+    std::FILE* opened = ::fopencookie(cookie.get(), "rb", calls);
+    if (opened == nullptr) return io_error("open " + path_.string(), errno);
+    (void)cookie.release();  // fclose() deletes it
+    return opened;
+  }
   const int fd = ::fcntl(fd_, F_DUPFD_CLOEXEC, 0);
   std::FILE* file = fd < 0 ? nullptr : ::fdopen(fd, "rb");
   if (file != nullptr) return file;

@@ -6,20 +6,23 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 
+#include "core/remote_store.hpp"
 #include "core/result.hpp"
 
 namespace hueline {
 
-/// A regular file that a user named to be read. It is read by offset with pread(), so that a failing disk gives an
-/// Error and not a signal, as mmap would. While it is open, open_output() (core/output_file.hpp) refuses to write over
-/// the same file under any of its names. It can be moved, but not copied.
+/// A regular file that a user named to be read, or a file at an address (core/remote_store.hpp). It is read by offset
+/// with pread(), so that a failing disk gives an Error and not a signal, as mmap would. While it is open, open_output()
+/// (core/output_file.hpp) refuses to write over the same file under any of its names. It can be moved, but not copied.
 class InputFile {
  public:
-  /// Opens a file; never waits. Errors: Io if it does not exist, is a folder or may not be read; Unsupported for a
-  /// pipe, a socket or a device, whose end is not known.
+  /// Opens a file; waits for nothing but the network, if it is at an address. Errors: Io if it does not exist, is a
+  /// folder or may not be read; Unsupported for a pipe, a socket or a device, whose end is not known; those of
+  /// open_remote().
   static Result<InputFile> open(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
@@ -35,9 +38,14 @@ class InputFile {
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
 
+  /// For what is read by libraries that open files themselves: Unsupported if the file is at an address.
+  Status check_on_this_computer() const;
+
  private:
   InputFile(std::filesystem::path path, int fd, const struct stat& facts);
+  InputFile(std::filesystem::path path, std::shared_ptr<RemoteFile> remote);
   std::filesystem::path path_;
+  std::shared_ptr<RemoteFile> remote_;  // null: a file of this computer
   int fd_ = -1;
   std::uint64_t size_ = 0;
   dev_t device_ = 0;

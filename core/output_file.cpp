@@ -14,6 +14,7 @@
 
 #include "core/input_file.hpp"
 #include "core/mutex.hpp"
+#include "core/remote_store.hpp"
 
 namespace hueline {
 namespace {
@@ -76,6 +77,13 @@ int empty(const std::filesystem::path& path, int fd) {
   return result == 0 ? 0 : -errno;
 }
 
+Error address_refused(const std::filesystem::path& address) {
+  return {ErrorCode::Unsupported,
+          address.string() +
+              ": results are not written to object storage: name a file or folder of this computer, and "
+              "copy what is there when it is whole"};
+}
+
 }  // namespace
 
 int open_output(const std::filesystem::path& path, IfExists if_exists, int& fd) {
@@ -96,6 +104,7 @@ int open_output(const std::filesystem::path& path, IfExists if_exists, int& fd) 
 }
 
 Status check_output(const std::filesystem::path& path) {
+  if (is_address(path)) return address_refused(path);
   const auto refused = [&](int why) { return output_error("write " + path.string(), why); };
   const std::filesystem::path folder = folder_of(path);
   if (is_held_by_another(folder)) return refused(EWOULDBLOCK);
@@ -172,6 +181,7 @@ Status write_output(const std::filesystem::path& path, std::string_view text) {
 }
 
 Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
+  if (is_address(path)) return address_refused(path);
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error) return output_error("make folder " + path.string(), error.value());
@@ -223,6 +233,7 @@ OutputFolder::~OutputFolder() {
 }
 
 Status check_output_folder(const std::filesystem::path& path) {
+  if (is_address(path)) return address_refused(path);
   std::filesystem::path there = path.empty() ? std::filesystem::path(".") : path;
   struct stat facts {};
   while (::stat(there.c_str(), &facts) != 0) {

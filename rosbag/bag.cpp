@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 #include "storage/mcap_format.hpp"
 
 namespace hueline::rosbag {
@@ -127,12 +128,12 @@ class FolderBag final : public Bag {
 Result<std::unique_ptr<Bag>> open_folder(const std::filesystem::path& path) {
   constexpr std::size_t kMostFiles = 100'000;
   std::vector<std::filesystem::path> files;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+  const auto names = list_folder(path);
+  if (!names.ok()) return names.error();
+  for (const std::string& name : *names) {
     const bool is_named = name.ends_with(".db3") || name.ends_with(".mcap") || name.ends_with(".db3.zstd") ||
                           name.ends_with(".mcap.zstd");
-    if (is_named && files.size() < kMostFiles) files.push_back(entry->path());
+    if (is_named && files.size() < kMostFiles) files.push_back(path / name);
   }
   if (files.empty())
     return Error{ErrorCode::Unsupported,
@@ -154,22 +155,20 @@ std::optional<std::size_t> TopicList::add(BagTopic topic) {
 }
 
 Result<std::unique_ptr<Bag>> open_bag(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored) ? open_folder(path) : open_file(path);
+  return is_folder(path) ? open_folder(path) : open_file(path);
 }
 
 bool is_bag(const std::filesystem::path& path) {
-  std::error_code ignored;
   // A drive of hueline is a folder with MCAP files, too.
-  const bool is_folder = std::filesystem::is_directory(path, ignored);
-  if (is_folder && std::filesystem::exists(path / "drive.mcap", ignored)) return false;
-  if (!is_folder) {
+  if (holds(path, "drive.mcap")) return false;
+  const bool has_files = is_folder(path);
+  if (!has_files) {
     const auto kind = kind_of(path);
     if (!kind.ok() || *kind == Kind::None) return false;
     if (*kind != Kind::Mcap) return true;
   }
   const auto bag = open_bag(path);
-  if (!bag.ok()) return is_folder && bag.error().code != ErrorCode::Unsupported;
+  if (!bag.ok()) return has_files && bag.error().code != ErrorCode::Unsupported;
   // Other programs write MCAP files, too: one of ROS has messages of ROS.
   constexpr int kMostMessages = 1000;
   for (int read = 0; read < kMostMessages; ++read) {

@@ -181,6 +181,7 @@ class SqliteBag final : public Bag {
 Result<std::unique_ptr<Bag>> open_sqlite_bag(const std::filesystem::path& path) {
   auto file = InputFile::open(path);
   if (!file.ok()) return file.error();
+  if (Status here = file->check_on_this_computer(); !here.ok()) return here.error();
   std::error_code ignored;
   const bool is_alone = !std::filesystem::exists(path.string() + "-wal", ignored);
   if (is_alone)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/section.hpp"
+#include "core/input_folder.hpp"
 #include "runtime/version.hpp"
 
 namespace hueline::runtime {
@@ -23,10 +24,7 @@ storage::JournalHeader journal_header(const config::Rig& rig) {
 }
 
 std::string drive_file(const std::string& path, const char* name) {
-  std::error_code ignored;
-  const std::filesystem::path inside = std::filesystem::path(path) / name;
-  return std::filesystem::is_directory(path, ignored) && std::filesystem::exists(inside, ignored) ? inside.string()
-                                                                                                  : path;
+  return holds(path, name) ? (std::filesystem::path(path) / name).string() : path;
 }
 
 std::string drive_cloud(const std::string& path) {
@@ -37,8 +35,7 @@ std::string drive_cloud(const std::string& path) {
 
 Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
   const std::string path = drive_file(named);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
+  if (is_folder(path))
     return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
   auto journal = storage::JournalReader::open(path);
   if (!journal.ok()) return journal.error();

@@ -74,15 +74,14 @@ Status JournalReader::open_first() {
   segments_ = {first_of(path_)};
   segments_.front().path = path_;
   if (!recording_.empty()) {
-    const std::vector<Segment> found = find_segments(path_);
-    if (found.front().path == path_) segments_ = found;
+    const auto found = find_segments(path_);
+    if (!found.ok()) return found.error();
+    if (found->front().path == path_) segments_ = *found;
   }
   newest_ = place_of_newest(segments_, recording_);
   file_size_ = mcap_->file_size();
-  for (std::size_t i = 1; i < segments_.size(); ++i) {
-    std::error_code unknown;
-    if (const auto size = std::filesystem::file_size(segments_[i].path, unknown); !unknown) file_size_ += size;
-  }
+  for (std::size_t i = 1; i < segments_.size(); ++i)
+    if (const auto file = InputFile::open(segments_[i].path); file.ok()) file_size_ += file->size();
   at_ = 0;
   bytes_before_ = 0;
   last_sequence_.reset();

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <charconv>
 #include <string_view>
-#include <system_error>
+
+#include "core/input_folder.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -66,13 +67,13 @@ Segment first_of(const std::filesystem::path& segment) {
   return {*number, segment.parent_path() / (stem.stem().string() + segment.extension().string())};
 }
 
-std::vector<Segment> find_segments(const std::filesystem::path& named) {
+Result<std::vector<Segment>> find_segments(const std::filesystem::path& named) {
   const Segment first = first_of(named);
   std::vector<Segment> out;
-  std::error_code failed;
-  const std::filesystem::path folder = named.has_parent_path() ? named.parent_path() : ".";
-  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
-    const Segment found = first_of(named.parent_path() / at->path().filename());
+  const auto names = list_folder(named.parent_path());
+  if (!names.ok()) return names.error();
+  for (const std::string& name : *names) {
+    const Segment found = first_of(named.parent_path() / name);
     if (found.path == first.path && found.number >= first.number)
       out.push_back({found.number, segment_path(first.path, found.number)});
   }

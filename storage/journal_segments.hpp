@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/result.hpp"
 #include "storage/journal_header.hpp"
 
 /// The names of the files of one recording, and what each says about the others. A recording that is split is
@@ -37,8 +38,8 @@ std::filesystem::path segment_path(const std::filesystem::path& first, std::uint
 Segment first_of(const std::filesystem::path& segment);
 
 /// Returns the segments of a recording in their order, from the named one on, by their names alone. The list is never
-/// empty: if the named one is not there, it holds that name.
-std::vector<Segment> find_segments(const std::filesystem::path& named);
+/// empty: if the named one is not there, it holds that name. Errors: those of list_folder().
+Result<std::vector<Segment>> find_segments(const std::filesystem::path& named);
 
 /// What a segment says about its place in the recording. Empty texts: it is not one of several.
 struct SegmentPlace {

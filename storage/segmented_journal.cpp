@@ -53,10 +53,10 @@ Result<SegmentedJournal> SegmentedJournal::create(const std::filesystem::path& p
   SegmentedJournal out(path, header, config, disk);
   auto writer = JournalWriter::create(path, out.header_of(1), config.segment, disk);
   if (!writer.ok()) return writer.error();
-  if (const auto there = find_segments(path); config.splits() && there.back().number > 1) {
+  if (const auto there = find_segments(path); config.splits() && there.ok() && there->back().number > 1) {
     (void)writer->close();
     (void)disk.remove(path);
-    return Error{ErrorCode::Io, there.back().path.string() + " is a segment of another recording, whose " +
+    return Error{ErrorCode::Io, there->back().path.string() + " is a segment of another recording, whose " +
                                     path.filename().string() + " is not there: record into another folder"};
   }
   out.writer_ = std::make_unique<JournalWriter>(std::move(*writer));

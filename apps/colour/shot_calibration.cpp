@@ -8,6 +8,7 @@
 #include "config/key_reader.hpp"
 #include "config/section.hpp"
 #include "core/mounting.hpp"
+#include "core/remote_store.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -46,7 +47,7 @@ CalibrationParts read_file(const std::string& path) {
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
   CalibrationParts out;
   for (const auto& path : paths) {
-    if (!std::filesystem::exists(path)) throw config::ConfigError(path + ": is not there");
+    if (!is_address(path) && !std::filesystem::exists(path)) throw config::ConfigError(path + ": is not there");
     const CalibrationParts one = read_file(path);
     if (one.shot.intrinsics) {
       out.shot.intrinsics = one.shot.intrinsics;

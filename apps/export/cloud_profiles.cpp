@@ -10,6 +10,8 @@
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
+#include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 #include "core/output_file.hpp"
 #include "products/cloud_export.hpp"
 #include "products/cloud_split.hpp"
@@ -105,8 +107,7 @@ class LazProfile : public ExportProfile {
     products::CloudExport config;
     config.threads = words.threads;
     const std::string cloud = runtime::drive_cloud(words.drive);
-    std::error_code ignored;
-    if (std::filesystem::is_directory(cloud, ignored)) {
+    if (is_folder(cloud)) {
       log_error(
           "{} is a folder without a cloud (cloud.las, cloud.laz, cloud.copc.laz) in it: a replay of its drive.mcap "
           "makes the cloud",
@@ -119,10 +120,10 @@ class LazProfile : public ExportProfile {
       log_error(done.error().message);
       return opening_status(done.error());
     }
+    const auto source = InputFile::open(cloud);
+    const double size = source.ok() ? static_cast<double>(source->size()) : 0;
     fmt::print("{}: {} points in {} {}, {} bytes, {:.3f} of the size of {}\n", words.out, done->points, done->nodes,
-               parts(), done->bytes,
-               static_cast<double>(done->bytes) / static_cast<double>(std::filesystem::file_size(cloud, ignored)),
-               cloud);
+               parts(), done->bytes, static_cast<double>(done->bytes) / size, cloud);
     tell_left_out(words.out, done->left_out);
     if (!done->source_was_cut) return kDone;
     log_error("{} ends before its last point: everything that is whole was written", cloud);

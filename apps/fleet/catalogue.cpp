@@ -11,6 +11,8 @@
 #include "apps/fleet/json_file.hpp"
 #include "apps/sha256.hpp"
 #include "config/section.hpp"
+#include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 #include "core/printable.hpp"
 #include "runtime/drive_map.hpp"
 #include "runtime/recording.hpp"
@@ -85,23 +87,23 @@ CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
 
 CatalogueEntry entry_of(const std::string& drive) {
   CatalogueEntry entry;
-  const fs::path recording = fs::absolute(runtime::drive_file(drive)).lexically_normal();
+  const fs::path recording = absolute_name(runtime::drive_file(absolute_name(drive).string()));
   const fs::path folder = recording.parent_path();
   entry.key = entry.recording = recording.string();
   entry.status = "driven";
-  std::error_code unknown;
-  if (recording.stem() == "drive" && fs::exists(folder / "summary.json", unknown)) {
+  if (recording.stem() == "drive" && holds(folder, "summary.json")) {
     entry.name = folder.filename().string();
     entry.results = folder.string();
     read_summary(entry, folder);
     for (const char* file :
          {"cloud.copc.laz", "cloud.las", "cloud.laz", "report.html", "report.pdf", "summary.json", "view.mcap"}) {
-      if (!fs::exists(folder / file, unknown)) continue;
+      if (!holds(folder, file)) continue;
+      const auto opened = InputFile::open(folder / file);
       auto hash = sha256_of(folder / file);
-      if (hash.ok())
-        entry.products[file] = {fs::file_size(folder / file, unknown), std::move(*hash)};
+      if (opened.ok() && hash.ok())
+        entry.products[file] = {opened->size(), std::move(*hash)};
       else
-        note(entry, hash.error().message);
+        note(entry, opened.ok() ? hash.error().message : opened.error().message);
     }
   } else {
     entry.name = recording.stem() == "drive" ? folder.filename().string() : recording.stem().string();

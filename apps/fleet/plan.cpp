@@ -12,7 +12,9 @@
 #include "apps/log.hpp"
 #include "apps/sha256.hpp"
 #include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 #include "core/printable.hpp"
+#include "core/remote_store.hpp"
 #include "runtime/recording.hpp"
 #include "runtime/version.hpp"
 #include "storage/journal_segments.hpp"
@@ -141,7 +143,8 @@ FleetInput input_of(PlanReader& reader, const Json& json, const std::string& pla
   out.file = reader.text(json, "file", place);
   out.bytes = reader.count(json, "bytes", place);
   out.sha256 = reader.text(json, "sha256", place);
-  if (!out.file.is_absolute()) reader.refuse(place, "/file is not an absolute path");
+  if (!out.file.is_absolute() && !is_address(out.file))
+    reader.refuse(place, "/file is neither an absolute path nor an address");
   const bool is_hash = out.sha256.size() == 64 && out.sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (!is_hash) reader.refuse(place, "/sha256 is not 64 hexadecimal digits");
   return out;
@@ -245,9 +248,7 @@ Result<FleetPlan> make_plan(const FleetWish& wish, const fs::path& file) {
   std::set<fs::path> seen;
   for (const std::string& drive : wish.drives) {
     // "today/" names the same drive as "today".
-    fs::path path = fs::absolute(drive).lexically_normal();
-    if (!path.has_filename()) path = path.parent_path();
-    recordings.emplace_back(runtime::drive_file(path.string()));
+    recordings.emplace_back(runtime::drive_file(absolute_name(drive).string()));
     if (!seen.insert(recordings.back()).second)
       return Error{ErrorCode::Invalid, fmt::format("{} is named twice", recordings.back().string())};
   }
@@ -275,13 +276,17 @@ Result<FleetPlan> make_plan(const FleetWish& wish, const fs::path& file) {
       return Status();
     };
     std::vector<std::pair<InputRole, fs::path>> files;
-    for (const storage::Segment& segment : storage::find_segments(recordings[i]))
-      files.emplace_back(InputRole::Recording, segment.path);
+    const auto segments = storage::find_segments(recordings[i]);
+    if (!segments.ok()) {
+      unreadable += fmt::format("{}{}: {}", unreadable.empty() ? "" : "\n", task.name, segments.error().message);
+      continue;
+    }
+    for (const storage::Segment& segment : *segments) files.emplace_back(InputRole::Recording, segment.path);
     const std::pair<InputRole, const std::string&> named[] = {{InputRole::Rig, wish.rig},
                                                               {InputRole::Trajectory, wish.trajectory},
                                                               {InputRole::TrajectorySigma, wish.trajectory_sigma}};
     for (const auto& [role, text] : named)
-      if (!text.empty()) files.emplace_back(role, fs::absolute(with_drive(text, task.name)).lexically_normal());
+      if (!text.empty()) files.emplace_back(role, absolute_name(with_drive(text, task.name)));
     for (const auto& [role, path] : files)
       if (const Status added = add(role, path); !added.ok()) return added.error();
     if (!wish.trajectory.empty()) {

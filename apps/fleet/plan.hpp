@@ -20,7 +20,7 @@ const char* name(InputRole role);
 /// A file that a task reads, as it was when the plan was made.
 struct FleetInput {
   InputRole role = InputRole::Recording;
-  std::filesystem::path file;  ///< absolute
+  std::filesystem::path file;  ///< absolute, or an address (core/remote_store.hpp)
   std::uint64_t bytes = 0;
   std::string sha256;  ///< 64 small hexadecimal digits
 };

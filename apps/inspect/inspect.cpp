@@ -11,6 +11,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 #include "core/json_text.hpp"
 #include "core/packed_file.hpp"
 #include "core/printable.hpp"
@@ -102,10 +103,9 @@ int show(const Inspection& inspection, bool as_json) {
 
 Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, const std::string& dbc_path) {
   const std::string path = runtime::drive_file(named);
-  std::error_code ignored;
-  const bool is_folder = std::filesystem::is_directory(path, ignored);
-  if (is_folder && rosbag::is_bag(path)) return inspect_bag(path);
-  if (is_folder)
+  const bool has_files = is_folder(path);
+  if (has_files && rosbag::is_bag(path)) return inspect_bag(path);
+  if (has_files)
     return {nullptr, Error{ErrorCode::Io, path + " is a folder without drive.mcap in it, and without a recording of "
                                                  "ROS: give a file, or a drive's folder"}};
   const auto file = InputFile::open(path);

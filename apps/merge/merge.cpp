@@ -13,6 +13,8 @@
 #include "apps/merge/merge_plan.hpp"
 #include "apps/progress_bar.hpp"
 #include "apps/signals.hpp"
+#include "core/input_folder.hpp"
+#include "core/remote_store.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -37,11 +39,12 @@ Status check_names(const std::vector<std::string>& names) {
   if (names.size() < 2) return Error{ErrorCode::Invalid, "one recording is nothing to merge: name two or more"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     std::error_code failed;
-    if (!std::filesystem::exists(names[i], failed))
+    // Of an address opening it tells.
+    if (!is_address(names[i]) && !std::filesystem::exists(names[i], failed))
       return Error{ErrorCode::Io, fmt::format("open {}: {}", names[i],
                                               failed ? failed.message() : "there is no such recording or folder")};
     for (std::size_t k = 0; k < i; ++k)
-      if (std::filesystem::equivalent(names[k], names[i], failed))
+      if (absolute_name(names[k]) == absolute_name(names[i]) || std::filesystem::equivalent(names[k], names[i], failed))
         return Error{ErrorCode::Invalid,
                      fmt::format("{} and {} are the same: name each recording once", names[k], names[i])};
   }

@@ -16,6 +16,7 @@
 #include "config/scenario.hpp"
 #include "config/section.hpp"
 #include "config/sheet.hpp"
+#include "core/input_folder.hpp"
 #include "runtime/recording.hpp"
 #include "runtime/version.hpp"
 #include "score/metric_table.hpp"
@@ -82,7 +83,7 @@ int finish(const ScoreOptions& options, const score::Sheet& before, const score:
 
 /// Returns the name of a drive: that of its folder, or of the file if it is not called drive.mcap.
 std::string name_of_drive(const std::string& recording) {
-  const std::filesystem::path file = std::filesystem::absolute(runtime::drive_file(recording)).lexically_normal();
+  const std::filesystem::path file = absolute_name(runtime::drive_file(recording));
   return file.filename() == "drive.mcap" ? file.parent_path().filename().string() : file.stem().string();
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "core/input_folder.hpp"
 #include "drivers/ladybug/ladybug_image.hpp"
 #include "drivers/little_endian.hpp"
 
@@ -152,8 +153,7 @@ void PgrSource::end_file() {
     return;
   }
   const auto following = next_pgr_file(file_->path());
-  std::error_code absent;
-  if (following.empty() || !std::filesystem::exists(following, absent)) {
+  if (following.empty() || !holds(following.parent_path(), following.filename().string())) {
     ended_ = Error{ErrorCode::EndOfData, "the file has ended"};
   } else if (const Status opened = open_file(following); !opened) {
     ended_ = opened.error();

@@ -61,6 +61,7 @@ Status CanLogSource::open() {
       return {};
     }
   }
+  if (Status here = input->check_on_this_computer(); !here.ok()) return here;
   input_ = std::move(*input);
   file_.emplace(config_.path, std::ios::binary);
   if (!*file_) {

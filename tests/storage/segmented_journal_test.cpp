@@ -19,6 +19,7 @@
 #include "storage/journal_reader.hpp"
 #include "storage/recording_config.hpp"
 #include "tests/storage/sample_packets.hpp"
+#include "tests/support/folder_store.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hueline::storage {
@@ -146,7 +147,7 @@ TEST(SegmentedJournal, SegmentsReadAsTheOneFileThatTheyWouldBe) {
   auto journal = record(split, packets, small_segments(200'000), disk);
   ASSERT_TRUE(journal->close().ok());
   EXPECT_EQ(journal->packets_on_medium(), packets.size());
-  const auto segments = find_segments(split);
+  const auto segments = find_segments(split).value();
   ASSERT_GT(segments.size(), 20u);
   std::uint64_t bytes = 0;
   for (const Segment& one : segments) {
@@ -154,10 +155,13 @@ TEST(SegmentedJournal, SegmentsReadAsTheOneFileThatTheyWouldBe) {
     bytes += std::filesystem::file_size(one.path);
   }
   EXPECT_EQ(journal->bytes_written(), bytes);
-  const Found found = read(split);
-  EXPECT_EQ(found.end, ErrorCode::EndOfData);
-  EXPECT_THAT(found.troubles, testing::IsEmpty());
-  expect_same(found.packets, packets);
+  const test::FolderStore store(folder.path());
+  for (const std::filesystem::path& place : {split, std::filesystem::path("s3://here/drive.mcap")}) {
+    const Found found = read(place);
+    EXPECT_EQ(found.end, ErrorCode::EndOfData);
+    EXPECT_THAT(found.troubles, testing::IsEmpty());
+    expect_same(found.packets, packets);
+  }
 
   // A copy of the whole is one file with the same bytes, whether it comes from one or from many.
   for (const auto& [from, to] : {std::pair(whole, "a.mcap"), std::pair(split, "b.mcap")}) {
@@ -187,7 +191,7 @@ TEST(SegmentedJournal, SegmentsEndByTimeToo) {
   config.segment_time = std::chrono::milliseconds(100);
   const auto packets = sample_packets(1000);  // 0.7 s
   ASSERT_TRUE(record(folder / "drive.mcap", packets, config, disk)->close().ok());
-  EXPECT_NEAR(static_cast<double>(find_segments(folder / "drive.mcap").size()), 7, 1);
+  EXPECT_NEAR(static_cast<double>(find_segments(folder / "drive.mcap")->size()), 7, 1);
   expect_same(read(folder / "drive.mcap").packets, packets);
 }
 
@@ -217,7 +221,7 @@ TEST(SegmentedJournal, SaysWhatIsMissingBetweenSegments) {
   const Found mixed = read(folder / "drive.mcap");
   ASSERT_GE(mixed.troubles.size(), 1u);
   EXPECT_THAT(mixed.troubles[0], HasSubstr("another recording"));
-  const auto segments = find_segments(folder / "drive.mcap");
+  const auto segments = find_segments(folder / "drive.mcap").value();
   test::write_file(segment_path(folder / "drive.mcap", segments.back().number + 1), "");
   EXPECT_EQ(read(folder / "drive.mcap").end, ErrorCode::Truncated);
 }
