@@ -19,6 +19,7 @@
 #include "apps/fleet/postgres.hpp"
 #include "apps/fleet/state.hpp"
 #include "apps/fleet/submit.hpp"
+#include "apps/fleet/upload.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
 #include "core/output_file.hpp"
@@ -184,6 +185,20 @@ void add_fleet_submit(Command& fleet) {
   });
 }
 
+void add_fleet_upload(Command& fleet) {
+  struct Options {
+    std::string plan, address;
+  };
+  auto options = std::make_shared<Options>();
+  Command command = fleet.command("upload", "put the results of a plan into object storage, as far as they are there");
+  command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
+  command.required("ADDRESS", options->address, "s3://BUCKET/KEY, which gets a folder for each drive");
+  command.reads(options->plan);
+  command.runs([options] {
+    return with_plan(options->plan, [&](const FleetPlan& plan) { return upload_results(plan, options->address); });
+  });
+}
+
 int catalogue(const std::vector<std::string>& named, const std::string& out) {
   if (std::ranges::any_of(named, PostgresAddress::is_meant)) {
     log_error("the address of a database is given with --out");
@@ -254,6 +269,7 @@ void add_fleet(Command& all) {
   add_fleet_task(fleet);
   add_fleet_status(fleet);
   add_fleet_submit(fleet);
+  add_fleet_upload(fleet);
   add_fleet_catalogue(fleet);
 }
 
