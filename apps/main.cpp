@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "apps/commands.hpp"
+#include "apps/object_storage.hpp"
 #include "apps/office_program.hpp"
 #include "apps/program.hpp"
 
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
     if (std::strcmp(word, command.word) == 0) return run_office_program(argv);
   if (std::strcmp(word, kVerify.word) == 0 && std::any_of(argv + 2, argv + argc, names_scenario))
     return run_office_program(argv);
+  const ObjectStorage storage;
   return run_program(argc, argv, [](Command& all) {
     add_capture(all);
     add_replay(all);

@@ -21,6 +21,9 @@ A first drive, without any hardware:
   hueline replay out/drive/drive.mcap --out out/again                    makes the same bytes again
   hueline inspect out/drive/drive.mcap                                   shows what is in the recording
 
+An input may be an object of a storage, s3://BUCKET/KEY: AWS_ACCESS_KEY_ID and the like say who asks, AWS_ENDPOINT_URL
+which storage.
+
 The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
 summary.json, and report.html and report.pdf with the verdict.
 

@@ -8,6 +8,7 @@
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
+#include "core/remote_store.hpp"
 #include "runtime/recording.hpp"
 #include "storage/journal_part.hpp"
 
@@ -57,6 +58,8 @@ int cut(const CutOptions& options, bool recovers) {
     log_error("--to {} is not after --from {}", *which.to_s, which.from_s);
     return kWrongUse;
   }
+  if (is_address(path) && options.from_s > 0 && !(*journal)->has_index())
+    log_warning("{} has no index, because it was cut off or damaged: more than the part is fetched", path);
   const auto result = storage::copy_part(**journal, path, which, options.out);
   if (!result.ok()) {
     log_error(result.error().message);
