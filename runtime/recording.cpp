@@ -78,7 +78,7 @@ Status Recording::for_each(const std::function<bool(const Packet&)>& use) {
     }
     const Error& error = packet.error();
     if (error.code == ErrorCode::EndOfData) return first;
-    if (first.ok()) first = error;
+    if (first.ok() || error.code == ErrorCode::Io) first = error;
     if (error.code != ErrorCode::Malformed) return first;
   }
 }

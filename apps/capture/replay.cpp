@@ -193,6 +193,8 @@ int replay(const ReplayOptions& options) {
   pipeline.report(sink.summary());
   sink.summary().on_removed(recording->journal->removed());
   if (stopped) sink.summary().on_early_end("stopped before the recording's end");
+  // The recording may be whole: its disk or the network did not give it.
+  if (!read.ok() && read.error().code == ErrorCode::Io) sink.summary().on_early_end(read.error().message);
   const Status finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);
   if (!finished.ok()) {

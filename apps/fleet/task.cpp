@@ -235,6 +235,11 @@ TaskResult replay_drive(const FleetTask& task, const Attempt& attempt, const Rep
     out.end = out.end == TaskEnd::Done ? TaskEnd::Failed : TaskEnd::InputMissing;
     return out;
   }
+  // What a disk or a network did not give is not damaged, and may come the next time.
+  if (out.end == TaskEnd::Damaged && summary->contains("ends_early")) {
+    out.end = TaskEnd::InputMissing;
+    return out;
+  }
   out.verdict = text_at(*summary, "/verdict/grade");
   if (const Status read = describe_products(attempt.drive(), out.products); !read.ok()) {
     out.end = TaskEnd::OutputRefused;

@@ -378,6 +378,15 @@ TEST_F(Fleet, EveryEndOfAReplayHasItsCause) {
   EXPECT_EQ(do_first(made, silent)->end, TaskEnd::Failed) << "a replay that claims to be done and wrote nothing";
   const Replayer blind = [](const auto&, const auto&, const auto&) { return Result<int>(kInputUnreadable); };
   EXPECT_EQ(do_first(made, blind)->end, TaskEnd::InputMissing);
+  const Replayer cut_off = [](const std::vector<std::string>& words, const auto&, const auto&) {
+    const fs::path out = words.at(2);
+    write_file(out / "cloud.las", "half of it");
+    write_file(out / "summary.json", R"({"ends_early": "the network went away"})");
+    return Result<int>(kInputUnreadable);
+  };
+  fs::remove_all(made.results());
+  EXPECT_EQ(do_first(made, cut_off)->end, TaskEnd::InputMissing);
+  EXPECT_EQ(left(made), std::set<std::string>({"one.failed"})) << "half a drive is no result";
   const Replayer absent = [](const auto&, const auto&, const auto&) {
     return Result<int>(Error{ErrorCode::Io, "hueline cannot be started"});
   };
