@@ -8,18 +8,12 @@
 #include <string>
 #include <string_view>
 
-#include "core/input_file.hpp"
 #include "storage/byte_order.hpp"
 
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kMostBytes = 1u << 30;
-
-Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& file) {
-  if (file.size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a JPEG of more than 1 GiB"};
-  Bytes bytes(static_cast<std::size_t>(file.size()));
-  if (Status done = file.read(0, bytes); !done) return done.error();
+Result<RgbImage> decode_jpeg(ByteView bytes) {
   struct Destroy {
     void operator()(void* handle) const { tjDestroy(handle); }
   };
@@ -29,18 +23,17 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
   const auto broken = [&] {
     const std::string what = tjGetErrorStr2(handle.get());
     const bool is_cut = what.find("Premature end") != std::string::npos;
-    return Error{is_cut ? ErrorCode::Truncated : ErrorCode::Malformed, path.string() + ": " + what};
+    return Error{is_cut ? ErrorCode::Truncated : ErrorCode::Malformed, what};
   };
   int width = 0, height = 0, subsampling = 0, colours = 0;
   if (tjDecompressHeader3(handle.get(), data, bytes.size(), &width, &height, &subsampling, &colours) != 0)
     return broken();
   if (width <= 0 || height <= 0)  // a file of tables alone is a JPEG too
-    return Error{ErrorCode::Malformed, path.string() + ": a JPEG without pixels"};
+    return Error{ErrorCode::Malformed, "a JPEG without pixels"};
   if (std::uint64_t(width) * std::uint64_t(height) > kMostPixels)
-    return too_many_pixels(path, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
+    return too_many_pixels(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height));
   if (colours == TJCS_CMYK || colours == TJCS_YCCK)
-    return Error{ErrorCode::Unsupported,
-                 path.string() + ": a JPEG with the four inks of printing (CMYK): convert it to RGB"};
+    return Error{ErrorCode::Unsupported, "a JPEG with the four inks of printing (CMYK): convert it to RGB"};
   RgbImage image(width, height, {});
   if (tjDecompress2(handle.get(), data, bytes.size(), image.pixels.data()->data(), width, 0, height, TJPF_RGB,
                     TJFLAG_ACCURATEDCT) != 0) {
@@ -55,23 +48,25 @@ Result<RgbImage> read_jpeg(const std::filesystem::path& path, const InputFile& f
 
 }  // namespace
 
-Result<RgbImage> read_image(const std::filesystem::path& path) {
-  Result<InputFile> file = InputFile::open(path);
-  if (!file) return file.error();
-  std::array<std::byte, 8> first{};
-  if (Status done =
-          file->read(0, std::span(first).first(static_cast<std::size_t>(std::min<std::uint64_t>(8, file->size()))));
-      !done)
-    return done.error();
+Result<RgbImage> decode_image(ByteView bytes) {
   constexpr std::array<unsigned char, 8> kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   constexpr std::array<unsigned char, 3> kJpeg = {0xFF, 0xD8, 0xFF};
   const auto begins = [&](const auto& signature) {
-    return std::equal(signature.begin(), signature.end(), first.begin(),
+    return bytes.size() >= signature.size() &&
+           std::equal(signature.begin(), signature.end(), bytes.begin(),
                       [](unsigned char a, std::byte b) { return std::byte{a} == b; });
   };
-  if (begins(kPng)) return read_png(path);
-  if (begins(kJpeg)) return read_jpeg(path, *file);
-  return Error{ErrorCode::Unsupported, path.string() + ": is neither a PNG nor a JPEG by its first bytes"};
+  if (begins(kPng)) return decode_png(bytes);
+  if (begins(kJpeg)) return decode_jpeg(bytes);
+  return Error{ErrorCode::Unsupported, "is neither a PNG nor a JPEG by its first bytes"};
+}
+
+Result<RgbImage> read_image(const std::filesystem::path& path) {
+  const auto bytes = read_picture_file(path);
+  if (!bytes) return bytes.error();
+  auto picture = decode_image(*bytes);
+  if (!picture) return Error{picture.error().code, path.string() + ": " + picture.error().message};
+  return picture;
 }
 
 }  // namespace hueline::storage

@@ -6,10 +6,12 @@
 
 namespace hueline::storage {
 
-/// Reads a PNG or JPEG file as 8-bit RGB. The first bytes decide which of the two it is, not the name. The pixels are
-/// returned as stored: a rotation that a photograph's EXIF data asks for is not applied, because a lens is calibrated
-/// on the rows and columns of the sensor. Errors: Io; Malformed; Truncated (a JPEG cut short); Unsupported (another
-/// format, or more than 134 million pixels).
+/// Decodes a PNG or JPEG as 8-bit RGB. The first bytes decide which of the two it is. The pixels are returned as
+/// stored: a rotation that a photograph's EXIF data asks for is not applied, because a lens is calibrated on the rows
+/// and columns of the sensor. Errors: Malformed; Truncated (a JPEG cut short); Unsupported (another format, or more
+/// than 134 million pixels).
+Result<RgbImage> decode_image(ByteView bytes);
+/// Reads a PNG or JPEG file, whatever its name, as decode_image(). Errors: also those of read_picture_file().
 Result<RgbImage> read_image(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

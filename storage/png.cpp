@@ -13,8 +13,6 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kMostBytes = 1u << 30;
-
 png_image fresh_image() {
   png_image image;
   std::memset(&image, 0, sizeof image);
@@ -24,8 +22,8 @@ png_image fresh_image() {
 
 }  // namespace
 
-Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height) {
-  return {ErrorCode::Unsupported, path.string() + ": " + std::to_string(width) + " x " + std::to_string(height) +
+Error too_many_pixels(std::uint64_t width, std::uint64_t height) {
+  return {ErrorCode::Unsupported, std::to_string(width) + " x " + std::to_string(height) +
                                       " pixels; pictures of at most 134 million (16384 x 8192) are read"};
 }
 
@@ -54,22 +52,27 @@ Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
   return file->close();
 }
 
-Result<RgbImage> read_png(const std::filesystem::path& path) {
+Result<Bytes> read_picture_file(const std::filesystem::path& path) {
+  constexpr std::uint64_t kMostBytes = 1u << 30;
   Result<InputFile> file = InputFile::open(path);
   if (!file) return file.error();
-  if (file->size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a PNG of more than 1 GiB"};
+  if (file->size() > kMostBytes) return Error{ErrorCode::Unsupported, path.string() + ": a picture of more than 1 GiB"};
   Bytes bytes(static_cast<std::size_t>(file->size()));
   if (Status done = file->read(0, bytes); !done) return done.error();
+  return bytes;
+}
+
+Result<RgbImage> decode_png(ByteView png) {
   png_image image = fresh_image();
   const auto broken = [&] {
-    Error error{ErrorCode::Malformed, path.string() + ": " + image.message};
+    Error error{ErrorCode::Malformed, image.message};
     png_image_free(&image);
     return error;
   };
-  if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size())) return broken();
+  if (!png_image_begin_read_from_memory(&image, png.data(), png.size())) return broken();
   if (std::uint64_t{image.width} * image.height > kMostPixels) {
     png_image_free(&image);
-    return too_many_pixels(path, image.width, image.height);
+    return too_many_pixels(image.width, image.height);
   }
   // The pixels are wanted as they are stored: 16 bits have the curve of sRGB as 8 bits have it, unless the file says
   // otherwise, and what is transparent keeps its colour.
@@ -81,6 +84,14 @@ Result<RgbImage> read_png(const std::filesystem::path& path) {
   void* const into = has_alpha ? static_cast<void*>(with_alpha.data()) : picture.pixels.data();
   if (!png_image_finish_read(&image, nullptr, into, 0, nullptr)) return broken();
   for (std::size_t i = 0; i < with_alpha.size() / 4; ++i) std::copy_n(&with_alpha[4 * i], 3, picture.pixels[i].begin());
+  return picture;
+}
+
+Result<RgbImage> read_png(const std::filesystem::path& path) {
+  const auto bytes = read_picture_file(path);
+  if (!bytes) return bytes.error();
+  auto picture = decode_png(*bytes);
+  if (!picture) return Error{picture.error().code, path.string() + ": " + picture.error().message};
   return picture;
 }
 

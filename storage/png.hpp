@@ -39,10 +39,14 @@ Status write_png(const std::filesystem::path& path, const RgbImage& image);
 /// Largest picture that is read: a panorama of 16384 x 8192 pixels.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
 /// Returns the error Unsupported, which names the picture's size and kMostPixels.
-Error too_many_pixels(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height);
+Error too_many_pixels(std::uint64_t width, std::uint64_t height);
 
-/// Reads any PNG file and converts it to RGB; transparent pixels become black. Errors: Io, Malformed, Unsupported (more
-/// than kMostPixels, or 1 GiB).
+/// Reads a picture file whole. Errors: those of InputFile; Unsupported (more than 1 GiB).
+Result<Bytes> read_picture_file(const std::filesystem::path& path);
+/// Decodes any PNG and converts it to RGB of 8 bits; transparent pixels keep their colour. Errors: Malformed,
+/// Unsupported (more than kMostPixels).
+Result<RgbImage> decode_png(ByteView png);
+/// Reads a PNG file, as decode_png(). Errors: also those of read_picture_file().
 Result<RgbImage> read_png(const std::filesystem::path& path);
 
 }  // namespace hueline::storage
