@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/import/image_message.hpp"
 #include "core/calendar.hpp"
 #include "drivers/ros/ros_datagrams.hpp"
-#include "drivers/ros/ros_image.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -74,7 +74,7 @@ class Surveyor {
   void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
     const RosReader in(message.data.bytes(), topic.encoding);
     if (drivers::carries_cloud(topic.type)) return clouds_[topic.name].take(topic, message, out.clouds[topic.name]);
-    if (drivers::carries_image(topic.type)) return take_image(topic.name, topic.type, in);
+    if (carries_image(topic.type)) return take_image(topic.name, topic.type, in);
     if (topic.type == "sensor_msgs/CameraInfo") {
       if (const auto facts = take_facts(in)) out.facts.emplace(topic.name, *facts);
       return;
@@ -95,7 +95,7 @@ class Surveyor {
   void take_image(const std::string& name, const std::string& type, RosReader in) {
     BagSurvey::Camera& camera = out.cameras[name];
     if (camera.width > 0) return;
-    const auto image = drivers::take_image(type, in, 0);
+    const auto image = apps::take_image(type, in, {});
     if (!image.ok()) {
       camera.why = image.error().message;
       return;

@@ -38,7 +38,7 @@ struct ImportedBag {
 /// - Datagrams of scanners are taken as they are (drivers/ros/ros_datagrams.hpp).
 /// - Point clouds, of scanners whose packets are not there, are taken as they are (drivers/ros/ros_cloud_decoder.hpp).
 ///   Those in one frame are taken for the same points, unless ImportOptions::clouds names them.
-/// - Images become packets of a V4L2 camera (drivers/ros/ros_image.hpp).
+/// - Images become packets of a V4L2 camera (apps/import/image_message.hpp).
 /// - The best pose (choose_pose()) becomes logs of a NovAtel receiver (drivers/ros/ros_pose.hpp).
 /// - Mountings are those of /tf_static and of what stays the same in /tf, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "drivers/ros/ros_image.hpp"
+#include "apps/import/image_message.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -123,7 +123,8 @@ Status Transcriber::take_cloud(SensorId id, const rosbag::BagTopic& topic, const
 }
 
 Status Transcriber::take_image(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  const auto image = drivers::take_image(topic.type, reader(topic, message), images_[id]++);
+  const ImageStamp stamp{images_[id]++, message.received, sensors_[id - 1u].stamp_shift};
+  const auto image = apps::take_image(topic.type, reader(topic, message), stamp);
   if (!image.ok()) return ++unread[topic.name], Status();
   return journal_.add(id, image->header.stamp + kImportedImageLatency, image->packet);
 }

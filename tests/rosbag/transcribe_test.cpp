@@ -1,4 +1,4 @@
-// Poses and images of messages of ROS, read back by the decoders of the devices whose packets they become.
+// Poses of messages of ROS, read back by the decoder of the receiver whose logs they become.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,9 +10,7 @@
 
 #include "core/calendar.hpp"
 #include "drivers/device.hpp"
-#include "drivers/ros/ros_image.hpp"
 #include "drivers/ros/ros_pose.hpp"
-#include "drivers/v4l2/v4l2_decoder.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 
 namespace hueline {
@@ -158,49 +156,15 @@ TEST(RosPose, CountsTheTimeOfASimulatorFromADate) {
   EXPECT_EQ(pose.dropped().at("sensor_msgs/Imu").of_other_clock, 1u);
 }
 
-TEST(RosImage, GivesThePixelsAndTheTime) {
-  test::RosWriter message(RosEncoding::Cdr);
-  message.header(kBegin_ns + 42, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("bayer_rggb8");
-  message.put(std::uint8_t{0}).put(std::uint32_t{4}).sequence("abc-def-");  // rows of 4 bytes, 3 of them pixels
-  const auto image = drivers::take_image("sensor_msgs/Image", reader(message), 7);
-  ASSERT_TRUE(image.ok()) << image.error().message;
-  EXPECT_EQ(image->format, "RGGB");
-  std::uint32_t code = 0;
-  std::memcpy(&code, image->format.data(), 4);
-  drivers::V4l2Decoder decoder({.width = 3, .height = 2, .fourcc = code});
-  std::vector<Measurement> out;
-  decoder.decode({1, PacketKind::Wire, false, 0, HostTime{}, image->packet}, out);
-  const auto images = all_of<Image>(out);
-  ASSERT_EQ(images.size(), 1u);
-  EXPECT_TRUE(images[0].is_complete);
-  EXPECT_EQ(images[0].format, PixelFormat::BayerRG8);
-  EXPECT_EQ(count_ns(images[0].time), kBegin_ns + 42);
-  ASSERT_EQ(images[0].stride, 4u);
-  EXPECT_EQ(std::to_integer<char>(images[0].pixels()[4]), 'd');
-
-  test::RosWriter deep(RosEncoding::Cdr);
-  deep.header(kBegin_ns, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("32FC1");
-  deep.put(std::uint8_t{0}).put(std::uint32_t{12}).sequence(std::string(24, 'x'));
-  const auto refused = drivers::take_image("sensor_msgs/Image", reader(deep), 0);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().message.find("32FC1"), std::string::npos);
-}
-
-TEST(RosMessages, CutAnywhereAreRefused) {
-  test::RosWriter message(RosEncoding::Cdr);
-  message.header(kBegin_ns, "camera").put(std::uint32_t{2}).put(std::uint32_t{3}).text("mono8");
-  message.put(std::uint8_t{0}).put(std::uint32_t{3}).sequence("abcdef");
-  for (const auto& [type, whole] : {std::pair<std::string, std::string>{"sensor_msgs/Image", message.bytes()},
-                                    {"sensor_msgs/NavSatFix", fix(kBegin_ns, 10, 20, 30).bytes()}})
-    for (std::size_t size = 0; size < whole.size(); ++size) {
-      const std::string cut = whole.substr(0, size);
-      const RosReader in(std::as_bytes(std::span(cut)), RosEncoding::Cdr);
-      RosPose pose(RosPoseRank::Part, {});
-      std::vector<RosPose::Logs> logs;
-      EXPECT_FALSE(drivers::carries_image(type) ? drivers::take_image(type, in, 0).ok()
-                                                : pose.take(type, in, UnixTime{}, logs))
-          << type << " cut to " << size;
-    }
+TEST(RosPose, MessagesCutAnywhereAreRefused) {
+  const std::string whole = fix(kBegin_ns, 10, 20, 30).bytes();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::string cut = whole.substr(0, size);
+    RosPose pose(RosPoseRank::Part, {});
+    std::vector<RosPose::Logs> logs;
+    const RosReader in(std::as_bytes(std::span(cut)), RosEncoding::Cdr);
+    EXPECT_FALSE(pose.take("sensor_msgs/NavSatFix", in, UnixTime{}, logs)) << "cut to " << size;
+  }
 }
 
 }  // namespace
