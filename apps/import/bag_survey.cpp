@@ -1,7 +1,6 @@
 #include "apps/import/bag_survey.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -18,23 +17,6 @@ std::string without_slash(std::string frame) {
   if (frame.starts_with('/')) frame.erase(0, 1);  // ROS 1's first tf wrote one
   return frame;
 }
-
-std::optional<CameraFacts> take_facts(RosReader in) {
-  CameraFacts out;
-  in.take_header();
-  out.height = in.take<std::uint32_t>();
-  out.width = in.take<std::uint32_t>();
-  out.model = in.take_string();
-  out.distortion.resize(in.take_count(8));
-  for (double& value : out.distortion) value = in.take<double>();
-  std::array<double, 9> k{};
-  for (double& value : k) value = in.take<double>();
-  out.fx = k[0], out.cx = k[2], out.fy = k[4], out.cy = k[5];
-  const bool is_sound = in.ok() && out.fx > 0 && out.fy > 0;
-  return is_sound ? std::optional(out) : std::nullopt;
-}
-
-std::string parent_of(const std::string& topic) { return topic.substr(0, topic.rfind('/') + 1); }
 
 /// Sees the first clouds of one topic: enough to know how far they are apart.
 class CloudSurvey {
@@ -74,9 +56,11 @@ class Surveyor {
   void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
     const RosReader in(message.data.bytes(), topic.encoding);
     if (drivers::carries_cloud(topic.type)) return clouds_[topic.name].take(topic, message, out.clouds[topic.name]);
-    if (carries_image(topic.type)) return take_image(topic.name, topic.type, in);
+    if (carries_image(topic.type)) return take_camera(topic, message.received, in);
     if (topic.type == "sensor_msgs/CameraInfo") {
-      if (const auto facts = take_facts(in)) out.facts.emplace(topic.name, *facts);
+      // The first that can be used stays, or the last that says why it cannot.
+      if (CameraFacts& known = out.facts[topic.name]; known.K[0] <= 0 || !known.why.empty())
+        known = take_camera_info(in);
       return;
     }
     const bool is_tree = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
@@ -92,15 +76,29 @@ class Surveyor {
   BagSurvey out;
 
  private:
-  void take_image(const std::string& name, const std::string& type, RosReader in) {
-    BagSurvey::Camera& camera = out.cameras[name];
+  void take_camera(const rosbag::BagTopic& topic, UnixTime received, const RosReader& in) {
+    CameraTopic& camera = out.cameras[topic.name];
+    ++camera.images;
+    RosReader head = in;
+    const UnixTime stamp = take_image_header(topic.type, head).stamp;
+    if (count_ns(stamp) == 0)
+      ++camera.unstamped;
+    else
+      camera.delay = std::min(camera.delay.value_or(received - stamp), received - stamp);
     if (camera.width > 0) return;
-    const auto image = apps::take_image(type, in, {});
+    const auto image = take_image(topic.type, in, {});
+    constexpr std::uint32_t kSmallest = 8;  // px, of a lens
     if (!image.ok()) {
       camera.why = image.error().message;
-      return;
+    } else if (image->width < kSmallest || image->height < kSmallest) {
+      camera.why = "its images have fewer than 8 pixels a side";
+    } else {
+      camera.format = image->format;
+      camera.frame = without_slash(image->header.frame);
+      camera.width = image->width, camera.height = image->height;
+      camera.is_grey = image->is_grey;
+      camera.is_compressed = topic.type.ends_with("/CompressedImage");
     }
-    camera = {image->format, without_slash(image->header.frame), image->width, image->height, {}};
   }
   void take_pose(const rosbag::BagTopic& topic, UnixTime received, RosReader in) {
     const auto [known, is_new] = out.poses.try_emplace(topic.name, PoseTopic{topic.type, {}});
@@ -170,18 +168,6 @@ std::optional<Eigen::Isometry3d> FrameTree::place(const std::string& of, const s
 bool FrameTree::has(const std::string& frame) const {
   return parents_.contains(frame) ||
          std::ranges::any_of(parents_, [&](const auto& one) { return one.second.frame == frame; });
-}
-
-const CameraFacts* BagSurvey::facts_of(const std::string& topic) const {
-  const CameraFacts* best = nullptr;
-  std::size_t longest = 1;  // more than the slash that all have
-  for (const auto& [name, one] : facts) {
-    const std::string path = parent_of(name);
-    if (!topic.starts_with(path) || path.size() <= longest) continue;
-    longest = path.size();
-    best = &one;
-  }
-  return best || facts.size() != 1 || cameras.size() != 1 ? best : &facts.begin()->second;
 }
 
 Result<BagSurvey> survey_bag(const std::filesystem::path& path) {

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "apps/import/camera_choice.hpp"
+#include "apps/import/camera_lens.hpp"
 #include "apps/import/pose_choice.hpp"
 #include "core/frames.hpp"
 #include "core/result.hpp"
@@ -35,21 +37,8 @@ class FrameTree {
   std::map<std::string, Parent> parents_;  // by child
 };
 
-/// What sensor_msgs/CameraInfo says of a camera.
-struct CameraFacts {
-  std::uint32_t width = 0, height = 0;
-  std::string model;
-  std::vector<double> distortion;
-  double fx = 0, fy = 0, cx = 0, cy = 0;
-};
-
 /// What one reading of a recording tells of its topics, before anything is written.
 struct BagSurvey {
-  struct Camera {
-    std::string format, frame;  ///< of the first image that can be read
-    std::uint32_t width = 0, height = 0;
-    std::string why;  ///< why its images cannot be read
-  };
   /// The point clouds of one topic.
   struct Cloud {
     /// How they are read (RosCloudDecoder::suited); nothing: no message of it has a return.
@@ -60,15 +49,12 @@ struct BagSurvey {
     std::optional<nanoseconds> delay;
     std::string why;  ///< why its messages cannot be read
   };
-  std::map<std::string, Camera> cameras;      ///< by topic
-  std::map<std::string, Cloud> clouds;        ///< by topic
-  std::map<std::string, CameraFacts> facts;   ///< by topic of CameraInfo
-  std::map<std::string, std::string> frames;  ///< of each scanner's first message with a header, by topic
-  std::map<std::string, PoseTopic> poses;     ///< by topic
+  std::map<std::string, CameraTopic> cameras;  ///< by topic, without has_lens
+  std::map<std::string, Cloud> clouds;         ///< by topic
+  std::map<std::string, CameraFacts> facts;    ///< by topic of CameraInfo
+  std::map<std::string, std::string> frames;   ///< of each scanner's first message with a header, by topic
+  std::map<std::string, PoseTopic> poses;      ///< by topic
   FrameTree tree;
-
-  /// Returns the facts of the camera whose images are at `topic`, or null: those with the longest common path.
-  const CameraFacts* facts_of(const std::string& topic) const;
 };
 
 /// Reads a recording to its end or its damage.

@@ -18,7 +18,7 @@ namespace {
 
 struct ImportCommandOptions {
   std::string bag, out, origin;
-  std::vector<std::string> clouds, poses;
+  std::vector<std::string> clouds, images, poses;
 };
 
 /// Reads "48.1, 11.5, 560": latitude and longitude in degrees, ellipsoidal height in metres.
@@ -32,7 +32,7 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
 }
 
 int import_recording(const ImportCommandOptions& options) {
-  ImportOptions what{options.bag, options.out, {}, options.clouds, options.poses};
+  ImportOptions what{options.bag, options.out, {}, options.clouds, options.images, options.poses};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
     if (!what.origin) {
@@ -73,6 +73,9 @@ void add_import(Command& all) {
                  "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");
   command.option("--clouds", options->clouds,
                  "topics of the point clouds to take; default: of each frame the one with times and the most points");
+  command.option("--images", options->images,
+                 "topics of the images to take; default: of each camera the one with colours, a lens and the most "
+                 "pixels, and grey ones only where none has colours");
   command.option("--poses", options->poses,
                  "topic that the pose is taken from, or one of NavSatFix and one of Imu; default: of the best kind the "
                  "one with the most messages");

@@ -130,18 +130,12 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
       return Error{ErrorCode::Invalid,
                    fmt::format("--clouds {}: the recording has no point clouds of that topic", topic)};
   sensors.add_clouds(options.clouds);
-  for (const auto& [topic, camera] : survey->cameras) {
-    if (camera.width > 0)
-      sensors.add_camera(topic, camera, *offset);
-    else
-      out.became[topic] = "not used: " + camera.why;
-  }
+  if (Status done = sensors.add_cameras(options.images, *offset); !done.ok()) return done.error();
   for (const auto& one : files->topics) {
     if (one.topic.type != "tf2_msgs/TFMessage" && one.topic.type != "tf/tfMessage") continue;
     out.became[one.topic.name] = sensors.mounted() > 0 ? "the tree of frames: mountings of the rig"
                                                        : "not used: its frames join no sensor to the vehicle";
   }
-  for (const auto& [topic, facts] : survey->facts) out.became[topic] = "the lens of a camera";
   out.became.insert(sensors.became().begin(), sensors.became().end());
   out.topics = std::move(files->topics);
   if (sensors.sensors().empty()) {

@@ -18,6 +18,7 @@ struct ImportOptions {
   std::filesystem::path out;        ///< folder of the drive
   std::optional<Geodetic> origin;   ///< of the local coordinates of nav_msgs/Odometry
   std::vector<std::string> clouds;  ///< topics of the point clouds that are taken; empty: the best of each frame
+  std::vector<std::string> images;  ///< topics of the images that are taken; empty: the best (choose_cameras())
   std::vector<std::string> poses;   ///< topics that the pose is taken from; empty: the best (choose_pose())
 };
 
@@ -38,13 +39,15 @@ struct ImportedBag {
 /// - Datagrams of scanners are taken as they are (drivers/ros/ros_datagrams.hpp).
 /// - Point clouds, of scanners whose packets are not there, are taken as they are (drivers/ros/ros_cloud_decoder.hpp).
 ///   Those in one frame are taken for the same points, unless ImportOptions::clouds names them.
-/// - Images become packets of a V4L2 camera (apps/import/image_message.hpp).
+/// - Images become packets of a V4L2 camera (apps/import/image_message.hpp), of one topic for each camera
+/// (choose_cameras()).
 /// - The best pose (choose_pose()) becomes logs of a NovAtel receiver (drivers/ros/ros_pose.hpp).
 /// - Mountings are those of /tf_static and of what stays the same in /tf, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
-/// recorder's time stands in where there is none. Stamps of a simulator are counted from kSimulatorBegin. A cloud
-/// counts as received at its last point. Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that
-/// has none, or `poses` one that cannot be used; Io.
+/// recorder's time stands in where there is none. Images and clouds whose stamps are of another clock are moved to that
+/// of the poses. Stamps of a simulator are counted from kSimulatorBegin. A cloud counts as received at its last point.
+/// Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that has none, or `images` or `poses` one
+/// that cannot be used; Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 
 }  // namespace hueline::apps

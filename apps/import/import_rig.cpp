@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -145,17 +146,7 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
   const std::string name = free_name(rosbag::plain_name(topic));
   ImportedSensor sensor{name, topic, fmt::format("  - name: {}  # {}\n", name, topic), ImportedSensor::Kind::Cloud};
   sensor.times = cloud.config->times;
-  // Stamps of poses may be on another clock than the recorder, as a simulator's are. Then the clouds belong to theirs.
-  const bool is_pose_apart = pose_.is_by_stamp && std::chrono::abs(pose_.delay) > kSameClock;
-  const nanoseconds apart = cloud.delay.value_or(nanoseconds(0)) - (is_pose_apart ? pose_.delay : nanoseconds(0));
-  if (cloud.delay && std::chrono::abs(apart) > kSameClock) {
-    sensor.stamp_shift = apart;
-    to_do_.push_back(
-        fmt::format("{}: its stamps are {:.3f} s from {}, so they are of another clock. The shortest "
-                    "of these delays is taken for the difference of the clocks: the points are late by the part of it "
-                    "that the way to the recorder took",
-                    name, to_seconds(apart), is_pose_apart ? "those of the poses" : "the recorder's times"));
-  }
+  sensor.stamp_shift = shift_of(name, "points", cloud.delay);
   if (cloud.config->stamp_is_enough)
     to_do_.push_back(
         fmt::format("{}: its points have no times of their own. All of a message get header.stamp, with a "
@@ -166,21 +157,69 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
   sensors_.push_back(std::move(sensor));
 }
 
-void ImportRig::add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset) {
+/// Returns what is to be added to the stamps of a sensor, so that they are on the clock of the poses: 0 if they are.
+nanoseconds ImportRig::shift_of(const std::string& name, const std::string& what, std::optional<nanoseconds> delay) {
+  // Stamps of poses may be on another clock than the recorder, as a simulator's are. Then the sensor belongs to theirs.
+  const bool is_pose_apart = pose_.is_by_stamp && std::chrono::abs(pose_.delay) > kSameClock;
+  const nanoseconds apart = delay.value_or(nanoseconds(0)) - (is_pose_apart ? pose_.delay : nanoseconds(0));
+  if (!delay || std::chrono::abs(apart) <= kSameClock) return nanoseconds(0);
+  to_do_.push_back(
+      fmt::format("{}: its stamps are {:.3f} s from {}, so they are of another clock. The shortest "
+                  "of these delays is taken for the difference of the clocks: the {} are late by the part of it "
+                  "that the way to the recorder took",
+                  name, to_seconds(apart), is_pose_apart ? "those of the poses" : "the recorder's times", what));
+  return apart;
+}
+
+Status ImportRig::add_cameras(const std::vector<std::string>& wanted, std::chrono::seconds offset) {
+  auto cameras = survey_->cameras;
+  std::map<std::string, ImportedLens> lenses;
+  for (auto& [topic, camera] : cameras) {
+    const FoundFacts found = find_facts(survey_->facts, topic, camera.frame, cameras.size() == 1);
+    const CameraFacts* facts = found.topic.empty() ? nullptr : &survey_->facts.at(found.topic);
+    ImportedLens& lens = lenses[topic] = lens_of(facts, is_rectified(topic), camera.width, camera.height);
+    lens.facts = found.topic;
+    if (!facts && !survey_->facts.empty())
+      lens.why = fmt::format("no CameraInfo is of the frame \"{}\" of its images", camera.frame);
+    if (facts && !found.is_of_frame && lens.why.empty())
+      lens.why = fmt::format("{} is of the frame {}, the images of {}", found.topic, facts->frame, camera.frame);
+    camera.has_lens = lens.why.empty();
+  }
+  const auto chosen = choose_cameras(cameras, wanted);
+  if (!chosen.ok()) return chosen.error();
+  for (const auto& [topic, why] : chosen->not_used) became_[topic] = "not used: " + why;
+  for (const std::string& topic : chosen->topics) add_camera(topic, cameras.at(topic), lenses.at(topic), offset);
+  for (const auto& [topic, facts] : survey_->facts)
+    became_.try_emplace(topic, "not used: " + (facts.why.empty() ? "no images of its camera are used" : facts.why));
+  if (chosen->topics.empty())
+    to_do_.push_back(cameras.empty() ? "the recording has no images: a replay colours no points"
+                                     : "no images can be used, see the table: a replay colours no points");
+  return {};
+}
+
+void ImportRig::add_camera(const std::string& topic, const CameraTopic& camera, const ImportedLens& lens,
+                           std::chrono::seconds offset) {
   const std::string name = free_name(rosbag::plain_name(topic));
-  sensors_.push_back(
-      {name, topic,
-       fmt::format(
-           "  - name: {0}  # {1}\n    driver: v4l2\n    device: /dev/video0\n    width: {2}\n    height: {3}\n"
-           "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is {7}\n"
-           "    stamp_event: exposure_start\n    stamp_sigma_us: {6}  # NOT KNOWN: how far header.stamp is from "
-           "that\n"
-           "    latency_min_ms: 0\n    latency_max_ms: 200\n",
-           name, topic, camera.width, camera.height, camera.format, offset.count(), kImageStampSigma_us,
-           pose_.shift == nanoseconds(0) ? "UTC since 1970" : "a simulator's, counted from 2020-01-01"),
-       ImportedSensor::Kind::Camera});
+  ImportedSensor sensor{
+      name, topic,
+      fmt::format("  - name: {0}  # {1}\n    driver: v4l2\n    device: /dev/video0\n    width: {2}\n    height: {3}\n"
+                  "    format: {4}\n    event_input: 0\n    counter_offset_s: {5}  # header.stamp is {7}\n"
+                  "    stamp_event: exposure_start\n    stamp_sigma_us: {6}  # NOT KNOWN: how far header.stamp is from "
+                  "that\n"
+                  "    latency_min_ms: 0\n    latency_max_ms: 200\n",
+                  name, topic, camera.width, camera.height, camera.format, offset.count(), kImageStampSigma_us,
+                  pose_.shift == nanoseconds(0) ? "UTC since 1970" : "a simulator's, counted from 2020-01-01"),
+      ImportedSensor::Kind::Camera};
+  sensor.stamp_shift = shift_of(name, "images", camera.delay);
   became_[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
-  lenses_ += lens(name, topic, camera);
+  if (camera.unstamped > 0)
+    became_[topic] += fmt::format("; {} without a stamp get the recorder's time", camera.unstamped);
+  if (!lens.why.empty()) to_do_.push_back(fmt::format("the lens of {}: {}", name, lens.why));
+  const bool has_facts = !lens.facts.empty() && survey_->facts.at(lens.facts).why.empty();
+  if (has_facts && !became_.try_emplace(lens.facts, "the lens of " + name).second)
+    became_[lens.facts] += " and " + name;
+  lenses_ += lens_text(name, camera.frame, lens);
+  sensors_.push_back(std::move(sensor));
 }
 
 std::string ImportRig::text() const {
@@ -196,31 +235,24 @@ std::string ImportRig::text() const {
   return out + "colouring: {method: lens}\n";
 }
 
-std::string ImportRig::lens(const std::string& name, const std::string& topic, const BagSurvey::Camera& camera) {
-  const CameraFacts* facts = survey_->facts_of(topic);
-  const bool is_fisheye = facts && (facts->model == "equidistant" || facts->model == "fisheye");
-  const bool is_known = facts && (is_fisheye || facts->model == "plumb_bob" || facts->distortion.empty());
-  if (!is_known)
-    to_do_.push_back(fmt::format("the lens of {}: {}", name,
-                                 facts ? "its distortion is of the model \"" + facts->model + "\", which is not read"
-                                       : std::string("the recording does not say its calibration")));
-  CameraFacts used = facts ? *facts : CameraFacts{};
-  // A CameraInfo of another size is that of an image that was scaled.
-  if (!facts) used.fx = used.fy = camera.width, used.cx = camera.width * 0.5, used.cy = camera.height * 0.5;
-  if (!is_known) used.distortion.clear();
-  used.distortion.resize(std::min<std::size_t>(used.distortion.size(), is_fisheye ? 4 : 5));
-  const auto place = place_of(camera.frame);
+std::string ImportRig::lens_text(const std::string& name, const std::string& frame, const ImportedLens& imported) {
+  const fusion::CameraIntrinsics& lens = imported.lens;
+  const bool is_fisheye = lens.model == fusion::LensModel::KannalaBrandt;
+  const auto place = place_of(frame);
   // Without a tree: looking forward.
   Eigen::Isometry3d forward = Eigen::Isometry3d::Identity();
   forward.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  std::string remark = imported.why.empty() ? imported.remark : "NOT KNOWN: " + imported.why;
+  if (!remark.empty()) remark = "  # " + printable(remark);
   return fmt::format(
       "    - name: {0}\n      camera: {0}\n      offset_px: [0, 0]\n      width: {1}\n      height: {2}\n      "
       "model: {3}{4}\n"
       "      focal_px: [{5:.6f}, {6:.6f}]\n      principal_point_px: [{7:.6f}, {8:.6f}]\n      distortion: [{9}]\n"
       "      T_head_lens: {10}{11}\n",
-      name, camera.width, camera.height, is_fisheye ? "kannala_brandt" : "brown", is_known ? "" : "  # NOT KNOWN",
-      used.fx, used.fy, used.cx, used.cy, fmt::join(used.distortion, ", "), mounting(place.value_or(forward)),
-      where_from("T_head_lens", name, camera.frame, place.has_value()));
+      name, lens.width, lens.height, is_fisheye ? "kannala_brandt" : "brown", remark, lens.focal_px.x(),
+      lens.focal_px.y(), lens.principal_point_px.x(), lens.principal_point_px.y(),
+      fmt::join(lens.distortion.begin(), lens.distortion.begin() + (is_fisheye ? 4 : 5), ", "),
+      mounting(place.value_or(forward)), where_from("T_head_lens", name, frame, place.has_value()));
 }
 
 /// Returns the frame that stands for the vehicle's body.

@@ -22,7 +22,7 @@ struct ImportedSensor {
   std::string name, topic, yaml;
   enum class Kind : std::uint8_t { Pose, Packets, Camera, Cloud } kind{};
   Buffer description{};  ///< of an Ouster: the packet of its metadata
-  /// Of clouds: added to header.stamp, so that it is on the clock of the other topics.
+  /// Of clouds and images: added to header.stamp, so that it is on the clock of the other topics.
   nanoseconds stamp_shift{0};
   drivers::RosTimeRule times{};  ///< of clouds
 };
@@ -39,8 +39,9 @@ class ImportRig {
   /// Adds the point clouds of the topics `wanted`; if there are none, the best of each frame whose scanner is not there
   /// yet. Call it after all add_scanner().
   void add_clouds(const std::vector<std::string>& wanted);
-  /// `offset` is GPS time minus the time of the stamps.
-  void add_camera(const std::string& topic, const BagSurvey::Camera& camera, std::chrono::seconds offset);
+  /// Adds the cameras of the topics `wanted`; if there are none, those of choose_cameras(). `offset` is GPS time minus
+  /// the time of the stamps. Errors: those of choose_cameras().
+  Status add_cameras(const std::vector<std::string>& wanted, std::chrono::seconds offset);
 
   std::string text() const;
   const std::vector<ImportedSensor>& sensors() const { return sensors_; }
@@ -54,7 +55,10 @@ class ImportRig {
   void add_cloud(const std::string& topic, const BagSurvey::Cloud& cloud);
   std::string why_not_used(const std::string& topic, const BagSurvey::Cloud& cloud,
                            const std::vector<std::string>& wanted) const;
-  std::string lens(const std::string& name, const std::string& topic, const BagSurvey::Camera& camera);
+  void add_camera(const std::string& topic, const CameraTopic& camera, const ImportedLens& lens,
+                  std::chrono::seconds offset);
+  std::string lens_text(const std::string& name, const std::string& frame, const ImportedLens& lens);
+  nanoseconds shift_of(const std::string& name, const std::string& what, std::optional<nanoseconds> delay);
   std::string base() const;
   std::optional<Eigen::Isometry3d> place_of(const std::string& frame) const;
   std::string where_from(const std::string& key, const std::string& sensor, const std::string& frame, bool is_known);

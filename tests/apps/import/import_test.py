@@ -2,8 +2,8 @@
 """A recording of ROS becomes a drive, and a replay places and colours its points where a made-up world has them.
 
 The vehicle drives north at 5 m/s along a wall 8 m to its left, which is painted in stripes of 4 m, red and green. The recording has point
-clouds whose points have times, images of a camera that looks left, the camera's calibration, poses, and the tree of frames; it also has a
-topic that nobody knows. The world is calculated here, with nothing of hueline.
+clouds whose points have times, images of a camera that looks left, in colours and grey, the camera's calibration, poses, and the tree of
+frames; it also has a topic that nobody knows. The world is calculated here, with nothing of hueline.
 usage: import_test.py HUELINE
 """
 import math
@@ -117,10 +117,16 @@ def image(ns):
     return Cdr().header(ns, "camera").put("I", HEIGHT, WIDTH).text("rgb8").put("B", 0).put("I", WIDTH * 3).bytes(pixels).data
 
 
+def grey_image(ns):
+    """What a driver sends beside the colours of the same camera."""
+    return Cdr().header(ns, "camera").put("I", HEIGHT, WIDTH).text("mono8").put("B", 0).put("I", WIDTH).bytes(bytes([90]) * (WIDTH * HEIGHT)).data
+
+
 def calibration(ns):
-    out = Cdr().header(ns, "camera").put("I", HEIGHT, WIDTH).text("plumb_bob").put("I", 5).put("d", 0, 0, 0, 0, 0)
-    out.put("d", FOCAL, 0, WIDTH / 2, 0, FOCAL, HEIGHT / 2, 0, 0, 1).put("d", *[0] * 9).put("d", *[0] * 12)
-    return out.put("I", 0, 0).data
+    """That of the camera's whole image, of which the driver joins two by two pixels."""
+    out = Cdr().header(ns, "camera").put("I", 2 * HEIGHT, 2 * WIDTH).text("plumb_bob").put("I", 5).put("d", 0, 0, 0, 0, 0)
+    out.put("d", 2 * FOCAL, 0, WIDTH + 0.5, 0, 2 * FOCAL, HEIGHT + 0.5, 0, 0, 1).put("d", *[0] * 9).put("d", *[0] * 12)
+    return out.put("I", 2, 2).put("I", 0, 0, 0, 0).put("B", 0).data
 
 
 def frames(ns, *transforms):
@@ -138,6 +144,7 @@ def moving_frames(ns):
 
 def make_bag(path, only=None, is_simulated=False):
     topics = {"/points": "sensor_msgs/msg/PointCloud2", "/inspvax": "novatel_oem7_msgs/msg/INSPVAX", "/left/image_raw": "sensor_msgs/msg/Image",
+              "/left/a_mono": "sensor_msgs/msg/Image",
               "/left/camera_info": "sensor_msgs/msg/CameraInfo", "/tf_static": "tf2_msgs/msg/TFMessage",
               "/tf": "tf2_msgs/msg/TFMessage", "/chatter": "my_msgs/msg/Chatter"}
     scanner = ("base_link", "velodyne", (0, 0, SCANNER_UP), (0, 0, 0, 1))
@@ -152,6 +159,7 @@ def make_bag(path, only=None, is_simulated=False):
         ns = BEGIN + round((POSES_S - CLOUDS_S - 1) * 1e9) + k * 100_000_000
         messages.append((ns + 103_000_000, "/points", cloud(ns)))
         messages.append((ns + 67_000_000, "/left/image_raw", image(ns + 37_000_000)))
+        messages.append((ns + 67_000_000, "/left/a_mono", grey_image(ns + 37_000_000)))
         messages.append((ns + 67_000_000, "/left/camera_info", calibration(ns + 37_000_000)))
     if only:
         messages = [one for one in messages if one[1] in only]
@@ -214,6 +222,8 @@ with tempfile.TemporaryDirectory() as work:
         assert wanted in said, f"{wanted} is not told:\n{said}"
     assert "--clouds does not name it" not in said
     run("import", "world.db3", "--out", "other", "--clouds", "/chatter", status=2)
+    run("import", "world.db3", "--out", "other", "--images", "/chatter", status=2)
+    assert "/left/image_raw is of the same camera" in said, said
     assert run("import", "world.db3", "--out", "named", "--clouds", "/points") == said.replace("drive/", "named/")
     # Of a recording of which nothing can be taken, the table says why.
     make_bag("nothing.db3", only=("/chatter",))

@@ -1,0 +1,136 @@
+// The lens that a CameraInfo states for images of a given size, and which CameraInfo belongs to which images.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
+#include <string>
+
+#include "apps/import/camera_lens.hpp"
+#include "tests/rosbag/camera_message.hpp"
+
+namespace hueline {
+namespace {
+
+using apps::CameraFacts;
+using apps::ImportedLens;
+using fusion::LensModel;
+using test::CameraInfo;
+
+CameraFacts facts_of(const CameraInfo& info) {
+  const std::string bytes = test::camera_info(drivers::RosEncoding::Cdr, 0, info).bytes();
+  return apps::take_camera_info({std::as_bytes(std::span(bytes)), drivers::RosEncoding::Cdr});
+}
+ImportedLens lens(const CameraInfo& info, std::uint32_t width = 160, std::uint32_t height = 120,
+                  bool is_rectified = false) {
+  const CameraFacts facts = facts_of(info);
+  EXPECT_EQ(facts.why, "");
+  return apps::lens_of(&facts, is_rectified, width, height);
+}
+void expect_matrix(const ImportedLens& one, double fx, double fy, double cx, double cy) {
+  EXPECT_EQ(one.why, "");
+  EXPECT_NEAR(one.lens.focal_px.x(), fx, 1e-9);
+  EXPECT_NEAR(one.lens.focal_px.y(), fy, 1e-9);
+  EXPECT_NEAR(one.lens.principal_point_px.x(), cx, 1e-9);
+  EXPECT_NEAR(one.lens.principal_point_px.y(), cy, 1e-9);
+}
+
+TEST(CameraLens, IsThatOfTheCameraInfo) {
+  const auto one = lens({.distortion = {-0.3, 0.1, 0.001, 0.002, 0.01}});
+  expect_matrix(one, 80, 81, 79.5, 60);
+  EXPECT_EQ(one.lens.model, LensModel::Brown);
+  EXPECT_EQ(one.lens.distortion, (std::array<double, 5>{-0.3, 0.1, 0.001, 0.002, 0.01}));
+  EXPECT_EQ(one.lens.width, 160u);
+  EXPECT_EQ(one.remark, "");
+}
+
+// The first pixel of the smaller image covers two by two of the larger one, whose common centre is at (0.5, 0.5).
+TEST(CameraLens, IsScaledToTheImage) {
+  const CameraInfo twice{.width = 320, .height = 240, .fx = 160, .fy = 162, .cx = 159.5, .cy = 120.5};
+  const auto scaled = lens(twice);
+  expect_matrix(scaled, 80, 81, 79.5, 60);
+  EXPECT_EQ(scaled.remark, "scaled from 320 x 240 px");
+  CameraInfo binned = twice;
+  binned.binning = 2;
+  expect_matrix(lens(binned), 80, 81, 79.5, 60);
+  // A driver that joined pixels, and names the joined size with the matrix of it.
+  expect_matrix(lens({.binning = 2}), 80, 81, 79.5, 60);
+}
+
+TEST(CameraLens, IsThatOfThePartThatWasSent) {
+  CameraInfo part{.width = 360, .height = 240, .cx = 179.5, .cy = 120};
+  part.part_x = 100, part.part_y = 60, part.part_width = 160, part.part_height = 120;
+  const auto cut = lens(part);
+  expect_matrix(cut, 80, 81, 79.5, 60);
+  EXPECT_EQ(cut.remark, "it is the part of 160 x 120 px from (100, 60) on");
+  part.part_x = 300;
+  EXPECT_EQ(lens(part).why,
+            "the part of 160 x 120 px from (300, 60) on that its CameraInfo names lies outside its 360 x 240");
+}
+
+TEST(CameraLens, OfAnImageOfAnotherShapeIsNotKnown) {
+  EXPECT_EQ(lens({.width = 160, .height = 100}).why,
+            "its CameraInfo is that of 160 x 100 px, an image of another shape: the images were cut");
+}
+
+TEST(CameraLens, OfRectifiedImagesIsPWithoutDistortion) {
+  CameraInfo info{.distortion = {-0.3, 0.1, 0, 0, 0}};
+  info.P = {70, 0, 78, -8.4, 0, 71, 58, 0, 0, 0, 1, 0};  // that of the right camera of a pair
+  const auto one = lens(info, 160, 120, true);
+  expect_matrix(one, 70, 71, 78, 58);
+  EXPECT_EQ(one.lens.distortion, (std::array<double, 5>{}));
+  EXPECT_EQ(one.remark, "the images are rectified, so it is that of P");
+  expect_matrix(lens(info), 80, 81, 79.5, 60);
+  info.P.fill(0);
+  EXPECT_EQ(lens(info, 160, 120, true).why,
+            "its images are rectified, and its CameraInfo has no P: the values are those of K");
+  EXPECT_TRUE(apps::is_rectified("/left/image_rect_color/compressed"));
+  EXPECT_TRUE(apps::is_rectified("/left/rect"));
+  EXPECT_FALSE(apps::is_rectified("/direct/image_raw"));
+}
+
+TEST(CameraLens, TellsADistortionThatIsNotRead) {
+  expect_matrix(lens({.model = "rational_polynomial", .distortion = {0.1, 0, 0, 0, 0, 0, 0, 0}}), 80, 81, 79.5, 60);
+  const auto eight = lens({.distortion = {0, 0, 0, 0, 0, 0.3, 0.1, 0}});
+  EXPECT_EQ(eight.why, "its CameraInfo: the lens has 8 numbers of distortion; its model has 5: k1 k2 p1 p2 k3");
+  EXPECT_EQ(eight.lens.focal_px.x(), 80) << "the matrix is known all the same";
+  const auto other = lens({.model = "thin_prism", .distortion = {0.1}});
+  EXPECT_NE(other.why.find("thin_prism is not read; allowed: plumb_bob"), std::string::npos) << other.why;
+  const auto fisheye = lens({.model = "equidistant", .distortion = {0.1, 0.2, 0.3, 0.4}});
+  EXPECT_EQ(fisheye.why, "");
+  EXPECT_EQ(fisheye.lens.model, LensModel::KannalaBrandt);
+}
+
+TEST(CameraLens, OfValuesThatNoLensHasIsNotKnown) {
+  EXPECT_EQ(facts_of({.fx = 0, .fy = 0}).why, "its focal lengths are 0, as of a camera that was not calibrated");
+  EXPECT_EQ(facts_of({.cx = std::numeric_limits<double>::quiet_NaN()}).why, "some of its values are no numbers");
+  EXPECT_EQ(facts_of({.distortion = {std::numeric_limits<double>::infinity()}}).why,
+            "some of its values are no numbers");
+  const auto wild = lens({.fx = 1e7});
+  EXPECT_NE(wild.why.find("focal_px"), std::string::npos) << wild.why;
+  EXPECT_TRUE(wild.lens.validate().empty()) << "a rig can be written";
+  EXPECT_EQ(apps::lens_of(nullptr, false, 160, 120).why, "the recording does not say its calibration");
+  const std::string cut = test::camera_info(drivers::RosEncoding::Cdr, 0, {}).bytes().substr(0, 200);
+  EXPECT_EQ(apps::take_camera_info({std::as_bytes(std::span(cut)), drivers::RosEncoding::Cdr}).why,
+            "it does not have the form of its type");
+}
+
+TEST(CameraLens, IsTakenFromTheCameraInfoOfTheFrame) {
+  const auto of_frame = [](const std::string& frame) { return facts_of({.frame = frame}); };
+  std::map<std::string, CameraFacts> facts{{"/left/ir_info", of_frame("ir")}};
+  const auto found = [&](const std::string& frame) {
+    return apps::find_facts(facts, "/left/image_raw/compressed", frame, true);
+  };
+  EXPECT_EQ(found("camera").topic, "") << "of another camera";
+  EXPECT_EQ(found("").topic, "/left/ir_info");
+  facts["/left/camera_info"] = of_frame("other");
+  EXPECT_EQ(found("camera").topic, "/left/camera_info") << "the name by ROS's convention";
+  EXPECT_FALSE(found("camera").is_of_frame);
+  facts["/calibration"] = of_frame("/camera");
+  EXPECT_EQ(found("camera").topic, "/calibration");
+  EXPECT_TRUE(found("camera").is_of_frame);
+  facts["/left/small/camera_info"] = facts["/left/a_info"] = of_frame("camera");
+  EXPECT_EQ(found("camera").topic, "/left/a_info") << "that which lies nearest";
+}
+
+}  // namespace
+}  // namespace hueline
