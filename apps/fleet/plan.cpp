@@ -144,7 +144,7 @@ FleetInput input_of(PlanReader& reader, const Json& json, const std::string& pla
   out.bytes = reader.count(json, "bytes", place);
   out.sha256 = reader.text(json, "sha256", place);
   if (!out.file.is_absolute() && !is_address(out.file))
-    reader.refuse(place, "/file is neither an absolute path nor an address");
+    reader.refuse(place, "/file is not an absolute path, and no address of object storage");
   const bool is_hash = out.sha256.size() == 64 && out.sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (!is_hash) reader.refuse(place, "/sha256 is not 64 hexadecimal digits");
   return out;
