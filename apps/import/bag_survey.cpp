@@ -104,12 +104,14 @@ class Surveyor {
     const auto [known, is_new] = out.poses.try_emplace(topic.name, PoseTopic{topic.type, {}});
     PoseTopic& pose = known->second;
     if (pose.type != topic.type) return;  // ROS does not allow a second type under one name
-    if (const auto stamp = drivers::pose_stamp(topic.type, in)) {
-      const UnixTime time = count_ns(*stamp) == 0 ? received : *stamp;
+    if (const auto said = drivers::pose_time(topic.type, in)) {
+      const UnixTime time = count_ns(*said) == 0 ? received : *said;
       ++pose.usable;
       if (time < to_unix(GpsTime())) ++pose.before_gps;
       pose.begin = std::min(pose.begin.value_or(time), time);
-      pose.delay = std::min(pose.delay.value_or(received - time), received - time);
+      // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
+      const nanoseconds delay = received - time;
+      if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;
     }
     if (!is_new) return;
     std::string frame = in.take_header().frame;

@@ -17,8 +17,6 @@ namespace {
 /// One sigma that an image's header.stamp gets: drivers take the time when they had the image, some ms after the
 /// exposure.
 constexpr int kImageStampSigma_us = 10'000;
-/// Stamps that are farther from the recorder's time are of another clock.
-constexpr nanoseconds kSameClock = std::chrono::seconds(2);
 /// Frames that do not move with the vehicle, by REP 105 and habit.
 constexpr std::array<std::string_view, 5> kStanding{"map", "odom", "world", "earth", "camera_init"};
 
@@ -159,9 +157,8 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
 
 /// Returns what is to be added to the stamps of a sensor, so that they are on the clock of the poses: 0 if they are.
 nanoseconds ImportRig::shift_of(const std::string& name, const std::string& what, std::optional<nanoseconds> delay) {
-  // Stamps of poses may be on another clock than the recorder, as a simulator's are. Then the sensor belongs to theirs.
-  const bool is_pose_apart = pose_.is_by_stamp && std::chrono::abs(pose_.delay) > kSameClock;
-  const nanoseconds apart = delay.value_or(nanoseconds(0)) - (is_pose_apart ? pose_.delay : nanoseconds(0));
+  const bool is_pose_apart = pose_.recorder_ahead() != nanoseconds(0);
+  const nanoseconds apart = delay.value_or(nanoseconds(0)) - pose_.recorder_ahead();
   if (!delay || std::chrono::abs(apart) <= kSameClock) return nanoseconds(0);
   to_do_.push_back(
       fmt::format("{}: its stamps are {:.3f} s from {}, so they are of another clock. The shortest "

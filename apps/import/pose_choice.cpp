@@ -77,10 +77,9 @@ Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, b
   return named.begin()->first.first;
 }
 
-/// Learns from the topics that were chosen which clock their stamps are of.
+/// Learns from the topics that were chosen which clock their times are of.
 void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out) {
   out.is_by_stamp = out.rank == RosPoseRank::Part || out.rank == RosPoseRank::Local;
-  if (!out.is_by_stamp) return;
   std::uint64_t usable = 0, before_gps = 0;
   std::optional<UnixTime> begin;
   std::optional<nanoseconds> delay;
@@ -89,12 +88,12 @@ void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out)
     usable += topic.usable;
     before_gps += topic.before_gps;
     if (topic.begin) begin = std::min(begin.value_or(*topic.begin), *topic.begin);
-    if (topic.delay) delay = std::min(delay.value_or(*topic.delay), *topic.delay);
+    if (topic.delay && (!delay || std::chrono::abs(*topic.delay) < std::chrono::abs(*delay))) delay = topic.delay;
   }
   out.begin = begin.value_or(UnixTime());
   out.delay = delay.value_or(nanoseconds(0));
   // A few such stamps are of a computer that did not know the time yet, and are told as not used.
-  if (2 * before_gps > usable) out.shift = kSimulatorBegin.time_since_epoch();
+  if (out.is_by_stamp && 2 * before_gps > usable) out.shift = kSimulatorBegin.time_since_epoch();
 }
 
 }  // namespace

@@ -15,15 +15,18 @@ namespace hueline::apps {
 struct PoseTopic {
   std::string type;                    ///< ros_type()
   std::string frame;                   ///< that they are the pose of, by the first message
-  std::uint64_t usable = 0;            ///< messages that can be used (drivers::pose_stamp())
-  std::uint64_t before_gps = 0;        ///< those of them whose stamps lie before the begin of GPS time
-  std::optional<UnixTime> begin{};     ///< the earliest of their stamps
-  std::optional<nanoseconds> delay{};  ///< the shortest time from a stamp to the recorder's time
+  std::uint64_t usable = 0;            ///< messages that can be used (drivers::pose_time())
+  std::uint64_t before_gps = 0;        ///< those of them whose times lie before the begin of GPS time
+  std::optional<UnixTime> begin{};     ///< the earliest of their times
+  std::optional<nanoseconds> delay{};  ///< from theirs to the recorder's time, where these are nearest
 };
 
 /// The date from which the stamps of a simulator are counted, which begin at 0: 2020-01-01T00:00:00Z. Receivers cannot
 /// express a time before 1980, and a date that every import gives is known for what it is.
 constexpr UnixTime kSimulatorBegin{std::chrono::seconds(1'577'836'800)};
+
+/// Times that are farther apart are of different clocks.
+constexpr nanoseconds kSameClock = std::chrono::seconds(2);
 
 /// The topics from which the pose of a drive is taken. They are of one rank and of different kinds: two topics of one
 /// kind would be two poses, and the vehicle would jump between them.
@@ -33,10 +36,14 @@ struct PoseChoice {
   std::string frame;                ///< that stands for the vehicle's body
   std::map<std::string, std::string> not_used;  ///< why the other topics are not used, by their names
   bool is_by_stamp = false;                     ///< the times of the poses are header.stamp
-  UnixTime begin{};                             ///< the earliest of these stamps
-  nanoseconds delay{0};                         ///< the shortest time from such a stamp to the recorder's time
+  UnixTime begin{};                             ///< the earliest of them
+  nanoseconds delay{0};                         ///< from the time of a pose to the recorder's, where these are nearest
   /// Is added to the stamps: not 0 if most of them lie before the begin of GPS time, as those of a simulator do.
   nanoseconds shift{0};
+
+  /// How far the recorder's clock is ahead of that of the poses, as in a recording that was played and recorded again;
+  /// 0 if it is the same.
+  nanoseconds recorder_ahead() const { return std::chrono::abs(delay) > kSameClock ? delay : nanoseconds(0); }
 };
 
 /// Chooses among `found`, by their names. Of each kind that topic is taken which has the most messages that can be

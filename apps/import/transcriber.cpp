@@ -82,6 +82,11 @@ bool Transcriber::is_pose(const rosbag::BagTopic& topic) const {
          std::ranges::find(from_.topics, topic.name) != from_.topics.end();
 }
 
+/// Returns when the recorder took a message, by the clock of the poses.
+UnixTime Transcriber::recorded(const rosbag::BagMessage& message) const {
+  return message.received - from_.recorder_ahead();
+}
+
 std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
   const auto found = pose_.dropped().find(topic.type);
   if (!is_pose(topic) || found == pose_.dropped().end()) return {};
@@ -114,7 +119,7 @@ Status Transcriber::write_logs() {
 /// A cloud is recorded as it is, at the time of its last point. A broken one is recorded too, at the recorder's time.
 Status Transcriber::take_cloud(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
   const ImportedSensor& sensor = sensors_[id - 1u];
-  UnixTime received = message.received;
+  UnixTime received = recorded(message);
   if (const auto cloud = drivers::take_cloud(topic.type, reader(topic, message)); !cloud.ok())
     ++unread[topic.name];
   else if (count_ns(cloud->header.stamp) != 0)
@@ -123,7 +128,7 @@ Status Transcriber::take_cloud(SensorId id, const rosbag::BagTopic& topic, const
 }
 
 Status Transcriber::take_image(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  const ImageStamp stamp{images_[id]++, message.received, sensors_[id - 1u].stamp_shift};
+  const ImageStamp stamp{images_[id]++, recorded(message), sensors_[id - 1u].stamp_shift};
   const auto image = apps::take_image(topic.type, reader(topic, message), stamp);
   if (!image.ok()) return ++unread[topic.name], Status();
   return journal_.add(id, image->header.stamp + kImportedImageLatency, image->packet);
@@ -133,7 +138,7 @@ Status Transcriber::take_datagrams(SensorId id, const rosbag::BagTopic& topic, c
   datagrams_.clear();
   if (!drivers::take_datagrams(topic.type, reader(topic, message), datagrams_)) ++unread[topic.name];
   for (const auto& one : datagrams_) {
-    const UnixTime received = one.stamp.value_or(message.received);
+    const UnixTime received = one.stamp.value_or(recorded(message));
     if (auto& text = descriptions_[id]; !text.empty())
       if (Status done = journal_.add(id, received, std::exchange(text, {})); !done.ok()) return done;
     if (Status done = journal_.add(id, received, Buffer::copy_of(one.bytes)); !done.ok()) return done;

@@ -68,6 +68,7 @@ class Transcriber {
 
  private:
   bool is_pose(const rosbag::BagTopic& topic) const;
+  UnixTime recorded(const rosbag::BagMessage& message) const;
   Status take_pose(const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
   Status write_logs();
   Status take_cloud(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message);

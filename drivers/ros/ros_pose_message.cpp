@@ -1,9 +1,13 @@
 #include "drivers/ros/ros_pose_message.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <string>
+
+#include "core/calendar.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -14,17 +18,31 @@ Eigen::Quaterniond take_quaternion(RosReader& in) {
 }
 bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 0.01; }
 
-/// A solution of a receiver that does not know its week has no time.
-std::optional<UnixTime> stamp_of_solution(RosReader in) {
-  const RosHeader header = in.take_header();
-  const auto week = take_receiver_week(in);
-  return in.ok() && week != 0 ? std::optional(header.stamp) : std::nullopt;
+UnixTime time_of_receiver(std::uint16_t week, std::uint32_t ms) {
+  return to_unix(from_gps_week(week, std::chrono::milliseconds(ms)));
 }
 
-std::optional<UnixTime> stamp_of_log(RosReader in) {
+/// A solution of a receiver that does not know its week has no time.
+std::optional<UnixTime> time_of_solution(RosReader in) {
+  in.take_header();
+  const auto week = take_receiver_week(in);
+  const auto ms = in.take<std::uint32_t>();
+  return in.ok() && week != 0 ? std::optional(time_of_receiver(week, ms)) : std::nullopt;
+}
+
+/// Only the binary form of a log has its time at a known place. The others are taken at their stamp.
+std::optional<UnixTime> time_of_log(RosReader in) {
   const RosHeader header = in.take_header();
-  in.take_byte_sequence();
-  return in.ok() ? std::optional(header.stamp) : std::nullopt;
+  const auto log = in.take_byte_sequence();
+  if (!in.ok()) return {};
+  constexpr std::array kBegin{std::byte{0xAA}, std::byte{0x44}, std::byte{0x12}};
+  constexpr std::size_t kWeek = 14, kMilliseconds = 16, kEnd = 20;
+  std::uint16_t week = 0;
+  std::uint32_t ms = 0;
+  if (log.size() < kEnd || !std::equal(kBegin.begin(), kBegin.end(), log.begin())) return header.stamp;
+  std::memcpy(&week, &log[kWeek], sizeof week);
+  std::memcpy(&ms, &log[kMilliseconds], sizeof ms);
+  return week != 0 ? time_of_receiver(week, ms) : header.stamp;
 }
 
 template <class T>
@@ -90,12 +108,12 @@ std::optional<RosLocalPose> take_local_pose(RosReader in) {
   return out;
 }
 
-std::optional<UnixTime> pose_stamp(std::string_view type, RosReader message) {
+std::optional<UnixTime> pose_time(std::string_view type, RosReader message) {
   switch (pose_rank(type)) {
     case RosPoseRank::Logs:
-      return stamp_of_log(message);
+      return time_of_log(message);
     case RosPoseRank::Solution:
-      return stamp_of_solution(message);
+      return time_of_solution(message);
     case RosPoseRank::Local:
       return time_of(take_local_pose(message));
     case RosPoseRank::Part:

@@ -46,7 +46,8 @@ std::optional<RosLocalPose> take_local_pose(RosReader odometry);
 /// Takes nov_header of novatel_oem7_msgs (name, id, type, sequence, time status) up to the GPS week, and returns that.
 std::uint16_t take_receiver_week(RosReader& in);
 
-/// Returns header.stamp of a message of a type that has a rank; nothing if the message cannot be used for a pose.
-std::optional<UnixTime> pose_stamp(std::string_view type, RosReader message);
+/// Returns the time of a message of a type that has a rank: that of a receiver's own clock where the message has it,
+/// header.stamp elsewhere. Nothing if the message cannot be used for a pose.
+std::optional<UnixTime> pose_time(std::string_view type, RosReader message);
 
 }  // namespace hueline::drivers

@@ -169,6 +169,36 @@ TEST_F(ImportCamera, StampsOfAnotherClockAreMoved) {
             "that the way to the recorder took");
 }
 
+/// The solution of a receiver at kBegin_ns, which is second 252818 of week 2288.
+SampleMessage solution(std::int64_t recorded_ns) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.header(kBegin_ns, "ins").text("INSPVAX").put(std::uint16_t{1465}).put(std::uint8_t{0}).put(std::uint32_t{0});
+  out.put(std::uint8_t{180}).put(std::uint16_t{2288}).put(std::uint32_t{252'818'000});
+  out.put(std::uint32_t{3}).put(std::uint32_t{56});
+  for (int i = 0; i < 3; ++i) out.put(1.0);
+  out.put(0.0f);
+  for (int i = 0; i < 6; ++i) out.put(0.0);
+  for (int i = 0; i < 9; ++i) out.put(0.1f);
+  return {"/inspvax", "novatel_oem7_msgs/INSPVAX", recorded_ns, out.bytes()};
+}
+
+TEST_F(ImportCamera, ARecordingThatWasRecordedAgainKeepsItsStamps) {
+  constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+  const auto again =
+      import({solution(kBegin_ns + kDay_ns), image("/left/image_raw", kBegin_ns, "rgb8", kBegin_ns + kDay_ns)});
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  for (const std::string& one : again->to_do) EXPECT_EQ(one.find("another clock"), std::string::npos) << one;
+  // Before its fix the receiver was a minute ahead; it is on the recorder's clock all the same.
+  const auto late_fix =
+      import({solution(kBegin_ns - 60'000'000'000), solution(kBegin_ns), image("/left/image_raw", kBegin_ns)});
+  ASSERT_TRUE(late_fix.ok()) << late_fix.error().message;
+  for (const std::string& one : late_fix->to_do) EXPECT_EQ(one.find("another clock"), std::string::npos) << one;
+  const auto apart = import({solution(kBegin_ns), image("/left/image_raw", kBegin_ns + kDay_ns)});
+  ASSERT_TRUE(apart.ok()) << apart.error().message;
+  EXPECT_NE(apart->to_do.at(0).find("its stamps are -86400.000 s from the recorder's times"), std::string::npos)
+      << apart->to_do.at(0);
+}
+
 TEST_F(ImportCamera, ImagesWithoutAStampAreCounted) {
   const auto done = import({image("/left/image_raw", 0), image("/left/image_raw", kBegin_ns - 1'000'000)});
   ASSERT_TRUE(done.ok()) << done.error().message;
