@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "rosbag/bag.hpp"
+#include "storage/journal_header.hpp"
 #include "storage/mcap_reader.hpp"
 
 namespace hueline::rosbag {
@@ -31,6 +32,8 @@ class McapBag final : public Bag {
     if (schema != reader_.schemas().end()) topic.type = drivers::ros_type(schema->second.name);
     if (channel.message_encoding == "ros1")
       topic.encoding = drivers::RosEncoding::Ros1;
+    else if (topic.type == storage::kRawPacketSchema)
+      topic.trouble = "it is of a drive of hueline, which `hueline replay` reads";
     else if (channel.message_encoding != "cdr")
       topic.trouble = "its messages are not of ROS but \"" + channel.message_encoding + "\"";
     const auto index = topics_.add(std::move(topic));

@@ -233,6 +233,7 @@ with tempfile.TemporaryDirectory() as work:
     assert "the tree of frames: mountings of the rig" in said and rig.count("by the recording's tree of frames") == 2, said + rig
     assert "driver: ros_cloud" in rig and "time_field: 'time'" in rig and "time_unit: s" in rig, rig
     print(said)
+    assert "which `hueline replay` reads" in run("import", "drive", "--out", "again", status=3)
     print(run("replay", "drive", "--out", "cloud", "--no-feed"))
     judge("cloud/cloud.las")
     # A simulator's time begins at 0: poses, clouds and images are counted from a date that is told.
