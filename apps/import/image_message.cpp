@@ -10,19 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/v4l2/motion_jpeg.hpp"
-#include "drivers/v4l2/v4l2_packet.hpp"
-#include "drivers/v4l2/v4l2_pixels.hpp"
+#include "drivers/ros/image_packet.hpp"
 #include "storage/image_file.hpp"
 
 namespace hueline::apps {
 namespace {
 
+using drivers::PacketImage;
 using drivers::RosHeader;
 using drivers::RosReader;
 
-// Numbers of the kernel (linux/videodev2.h): the stamp is of the monotonic clock and of the exposure's start.
-constexpr std::uint32_t kMonotonic = 0x2000, kStartOfExposure = 0x10000;
 constexpr std::uint32_t kMostSide = 65535;
 
 using Bytes = std::span<const std::byte>;
@@ -51,42 +48,29 @@ constexpr std::array<std::string_view, 3> kVideoTypes{"ffmpeg_image_transport_ms
                                                       "foxglove_msgs/CompressedVideo", "theora_image_transport/Packet"};
 constexpr std::array<std::string_view, 6> kVideoFormats{"h264", "h265", "hevc", "av1", "vp9", "mpeg"};
 
-std::uint32_t code_of(std::string_view fourcc) {
-  std::uint32_t code = 0;
-  std::memcpy(&code, fourcc.data(), sizeof code);
-  return code;
-}
-
-ImageMessage packed(RosHeader header, std::string_view format, drivers::V4l2Header v4l2, Bytes pixels) {
+ImageMessage packed(RosHeader header, std::string_view format, PacketImage image, Bytes pixels) {
   ImageMessage out;
-  v4l2.fourcc = code_of(format);
-  v4l2.flags = kMonotonic | kStartOfExposure;
-  v4l2.stamp = header.stamp.time_since_epoch();
-  v4l2.used_bytes = static_cast<std::uint32_t>(pixels.size());
-  MutableBuffer packet =
-      BufferPool(std::numeric_limits<std::size_t>::max() / 2).acquire(drivers::kV4l2HeaderSize + pixels.size());
-  encode_v4l2_header(v4l2, packet.bytes().first<drivers::kV4l2HeaderSize>());
-  if (!pixels.empty()) std::memcpy(packet.data() + drivers::kV4l2HeaderSize, pixels.data(), pixels.size());
+  image.stamp = header.stamp;
   out.header = std::move(header);
-  out.format = drivers::fourcc_text(v4l2.fourcc);
-  out.width = v4l2.width;
-  out.height = v4l2.height;
+  out.format = drivers::format_word(format);
+  out.width = image.width;
+  out.height = image.height;
   out.is_grey = format == "GREY" || format == "Y16 ";
-  out.packet = std::move(packet).share();
+  out.packet = drivers::image_packet(format, image, pixels);
   return out;
 }
 
 Error broken() { return {ErrorCode::Malformed, "an image whose size contradicts its bytes"}; }
 
 /// Takes of each pixel the highest bytes of its first three samples.
-std::vector<std::byte> three_bytes_each(const Encoding& encoding, const drivers::V4l2Header& v4l2, Bytes in,
+std::vector<std::byte> three_bytes_each(const Encoding& encoding, const PacketImage& image, Bytes in,
                                         bool is_big_endian) {
-  std::vector<std::byte> out(std::size_t{v4l2.width} * v4l2.height * 3);
+  std::vector<std::byte> out(std::size_t{image.width} * image.height * 3);
   const std::size_t high = is_big_endian ? 0 : encoding.sample_bytes - 1;
   std::byte* to = out.data();
-  for (std::uint32_t y = 0; y < v4l2.height; ++y) {
-    const std::byte* pixel = in.data() + std::size_t{y} * v4l2.stride + high;
-    for (std::uint32_t x = 0; x < v4l2.width; ++x, pixel += encoding.samples * encoding.sample_bytes)
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    const std::byte* pixel = in.data() + std::size_t{y} * image.stride + high;
+    for (std::uint32_t x = 0; x < image.width; ++x, pixel += encoding.samples * encoding.sample_bytes)
       for (std::size_t sample = 0; sample < 3; ++sample) *to++ = pixel[sample * encoding.sample_bytes];
   }
   return out;
@@ -98,27 +82,25 @@ std::vector<std::byte> turned_words(Bytes in) {
   return out;
 }
 
-Result<ImageMessage> plain_image(RosHeader header, const std::string& name, drivers::V4l2Header v4l2,
-                                 bool is_big_endian, Bytes bytes) {
+Result<ImageMessage> plain_image(RosHeader header, const std::string& name, PacketImage image, bool is_big_endian,
+                                 Bytes bytes) {
   const auto* found = std::ranges::find(kEncodings, name, &Encoding::ros);
   if (found == kEncodings.end())
     return Error{ErrorCode::Unsupported, fmt::format("pixels of the encoding \"{}\"; {}", name, kReadEncodings)};
-  const auto& format = *drivers::find_v4l2_format(code_of(found->fourcc));
-  const std::uint64_t row = found->is_converted() ? std::uint64_t{v4l2.width} * found->samples * found->sample_bytes
-                                                  : format.row_bytes(v4l2.width);
-  const std::uint64_t needed = found->is_converted() ? std::uint64_t{v4l2.stride} * v4l2.height
-                                                     : format.image_bytes(v4l2.width, v4l2.height, v4l2.stride);
-  const bool is_sound = v4l2.width > 0 && v4l2.height > 0 && v4l2.width <= kMostSide && v4l2.height <= kMostSide &&
-                        row <= v4l2.stride && needed <= bytes.size();
+  const drivers::PixelLayout layout = drivers::layout_of(found->fourcc, image);
+  const std::uint64_t row =
+      found->is_converted() ? std::uint64_t{image.width} * found->samples * found->sample_bytes : layout.row_bytes;
+  const std::uint64_t needed = found->is_converted() ? std::uint64_t{image.stride} * image.height : layout.image_bytes;
+  const bool is_sound = image.width > 0 && image.height > 0 && image.width <= kMostSide && image.height <= kMostSide &&
+                        row <= image.stride && needed <= bytes.size();
   if (!is_sound) return broken();
   if (found->is_converted()) {
-    const auto pixels = three_bytes_each(*found, v4l2, bytes, is_big_endian);
-    v4l2.stride = v4l2.width * 3;
-    return packed(std::move(header), found->fourcc, v4l2, pixels);
+    const auto pixels = three_bytes_each(*found, image, bytes, is_big_endian);
+    image.stride = image.width * 3;
+    return packed(std::move(header), found->fourcc, image, pixels);
   }
-  if (is_big_endian && format.packing == drivers::V4l2Packing::Words)
-    return packed(std::move(header), found->fourcc, v4l2, turned_words(bytes));
-  return packed(std::move(header), found->fourcc, v4l2, bytes);
+  if (is_big_endian && layout.has_words) return packed(std::move(header), found->fourcc, image, turned_words(bytes));
+  return packed(std::move(header), found->fourcc, image, bytes);
 }
 
 /// Returns whether a picture has shades of grey alone. One of a single colour, as a camera gives before it sees, says
@@ -130,20 +112,19 @@ bool is_grey(const storage::RgbImage& picture) {
 }
 
 /// Takes the pixels of a picture that a camera's decoder does not read: a PNG, or a JPEG with several scans.
-Result<ImageMessage> decoded_picture(RosHeader header, drivers::V4l2Header v4l2, Bytes bytes) {
+Result<ImageMessage> decoded_picture(RosHeader header, PacketImage image, Bytes bytes) {
   const auto picture = storage::decode_image(bytes);
   if (!picture.ok()) return picture.error();
-  v4l2.width = static_cast<std::uint32_t>(picture->width);
-  v4l2.height = static_cast<std::uint32_t>(picture->height);
-  v4l2.stride = v4l2.width * 3;
+  image.width = static_cast<std::uint32_t>(picture->width);
+  image.height = static_cast<std::uint32_t>(picture->height);
+  image.stride = image.width * 3;
   const std::span pixels(picture->pixels.data()->data(), picture->pixels.size() * 3);
-  ImageMessage out = packed(std::move(header), "RGB3", v4l2, std::as_bytes(pixels));
+  ImageMessage out = packed(std::move(header), "RGB3", image, std::as_bytes(pixels));
   out.is_grey = is_grey(*picture);
   return out;
 }
 
-Result<ImageMessage> compressed_image(RosHeader header, const std::string& format, drivers::V4l2Header v4l2,
-                                      Bytes bytes) {
+Result<ImageMessage> compressed_image(RosHeader header, const std::string& format, PacketImage image, Bytes bytes) {
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorCode::Unsupported, fmt::format("compressed as \"{}\": {}", format, why)};
   };
@@ -151,14 +132,14 @@ Result<ImageMessage> compressed_image(RosHeader header, const std::string& forma
   if (std::ranges::any_of(kVideoFormats, says)) return refuse("video is not read; images, JPEG or PNG are");
   if (says("compressedDepth") || format.starts_with("16UC1") || format.starts_with("32FC1"))
     return refuse("depths, no colours");
-  if (const auto head = drivers::MotionJpegDecoder().read_head(bytes); head.why.empty()) {
-    v4l2.width = head.width;
-    v4l2.height = head.height;
-    ImageMessage out = packed(std::move(header), "MJPG", v4l2, bytes);
-    out.is_grey = head.format == PixelFormat::Mono8;
+  if (const drivers::JpegHead head = drivers::jpeg_head(bytes); head.why.empty()) {
+    image.width = head.width;
+    image.height = head.height;
+    ImageMessage out = packed(std::move(header), "MJPG", image, bytes);
+    out.is_grey = head.is_grey;
     return out;
   }
-  auto picture = decoded_picture(std::move(header), v4l2, bytes);
+  auto picture = decoded_picture(std::move(header), image, bytes);
   return picture.ok() ? std::move(picture) : Result<ImageMessage>(refuse(picture.error().message));
 }
 
@@ -184,25 +165,25 @@ Result<ImageMessage> take_image(std::string_view type, RosReader message, const 
     return Error{ErrorCode::Unsupported, "video is not read; record images, or decode it into sensor_msgs/Image"};
   RosHeader header = take_image_header(type, message);
   header.stamp = count_ns(header.stamp) == 0 ? stamp.unstamped : header.stamp + stamp.shift;
-  drivers::V4l2Header v4l2;
-  v4l2.sequence = stamp.sequence;
+  PacketImage image;
+  image.sequence = stamp.sequence;
   if (type.ends_with("/CompressedImage")) {
     std::string format;
     if (!is_foxglove(type)) format = message.take_string();
     const auto bytes = message.take_byte_sequence();
     if (is_foxglove(type)) format = message.take_string();
     if (!message.ok()) return broken();
-    return compressed_image(std::move(header), format, v4l2, bytes);
+    return compressed_image(std::move(header), format, image, bytes);
   }
-  v4l2.height = message.take<std::uint32_t>();
-  v4l2.width = message.take<std::uint32_t>();
-  if (is_foxglove(type)) std::swap(v4l2.width, v4l2.height);
+  image.height = message.take<std::uint32_t>();
+  image.width = message.take<std::uint32_t>();
+  if (is_foxglove(type)) std::swap(image.width, image.height);
   const std::string encoding = message.take_string();
   const bool is_big_endian = !is_foxglove(type) && message.take<std::uint8_t>() != 0;
-  v4l2.stride = message.take<std::uint32_t>();
+  image.stride = message.take<std::uint32_t>();
   const auto bytes = message.take_byte_sequence();
   if (!message.ok()) return broken();
-  return plain_image(std::move(header), encoding, v4l2, is_big_endian, bytes);
+  return plain_image(std::move(header), encoding, image, is_big_endian, bytes);
 }
 
 }  // namespace hueline::apps
