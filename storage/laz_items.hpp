@@ -95,15 +95,8 @@ class PointItem {
   template <class Coder, class Byte>
   void code_place(Coder& coder, Byte* record, const std::byte* last, std::size_t context, std::size_t single,
                   std::size_t level) {
-    const auto code_axis = [&](IntegerModel& model, RunningMedian& middle, std::size_t at, std::size_t in) {
-      const auto from = load<std::uint32_t>(last, at);
-      const std::int32_t difference =
-          model.code(coder, middle.value(), static_cast<std::int32_t>(load<std::uint32_t>(record, at) - from), in);
-      middle.add(difference);
-      store<Coder>(record, at, from + static_cast<std::uint32_t>(difference));
-    };
-    code_axis(x_, x_medians_[context], kX, single);
-    code_axis(y_, y_medians_[context], kY, single + (std::min(x_.width(), 20u) & ~1u));
+    code_axis(coder, x_, x_medians_[context], record, last, kX, single);
+    code_axis(coder, y_, y_medians_[context], record, last, kY, single + (std::min(x_.width(), 20u) & ~1u));
     std::int32_t& height = heights_[level];
     height = z_.code(coder, height, load<std::int32_t>(record, kZ),
                      single + (std::min((x_.width() + y_.width()) / 2, 18u) & ~1u));

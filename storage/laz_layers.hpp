@@ -68,6 +68,17 @@ class RunningMedian {
   bool pushes_high_ = true;
 };
 
+/// Codes x or y, which begins at the byte `at`: the step from the record `last`, predicted by the middle of such steps.
+template <class Coder, class Byte>
+void code_axis(Coder& coder, IntegerModel& model, RunningMedian& middle, Byte* record, const std::byte* last,
+               std::size_t at, std::size_t context) {
+  const auto from = load<std::uint32_t>(last, at);
+  const std::int32_t step =
+      model.code(coder, middle.value(), static_cast<std::int32_t>(load<std::uint32_t>(record, at) - from), context);
+  middle.add(step);
+  store<Coder>(record, at, from + static_cast<std::uint32_t>(step));
+}
+
 /// The contexts of x and y: how a return stands among the returns of its pulse. `a` and `b` are the return's number and
 /// the number of returns, in either order.
 constexpr std::uint8_t return_context(std::uint32_t a, std::uint32_t b) {
@@ -149,15 +160,8 @@ class PlaceLayer {
 
     const std::size_t single = count == 1;
     const std::size_t median = kReturnContexts[number | count << 4] * 2u + (time_changed_ ? 1u : 0u);
-    const auto code_axis = [&](IntegerModel& model, RunningMedian& middle, std::size_t at, std::size_t in) {
-      const auto from = load<std::uint32_t>(last, at);
-      const std::int32_t difference =
-          model.code(coder, middle.value(), static_cast<std::int32_t>(load<std::uint32_t>(record, at) - from), in);
-      middle.add(difference);
-      store<Coder>(record, at, from + static_cast<std::uint32_t>(difference));
-    };
-    code_axis(x_, x_medians_[median], kX, single);
-    code_axis(y_, y_medians_[median], kY, single + (std::min(x_.width(), 20u) & ~1u));
+    code_axis(coder, x_, x_medians_[median], record, last, kX, single);
+    code_axis(coder, y_, y_medians_[median], record, last, kY, single + (std::min(x_.width(), 20u) & ~1u));
     step.z_context = static_cast<std::uint8_t>(single + (std::min((x_.width() + y_.width()) / 2, 18u) & ~1u));
     step.level = static_cast<std::uint8_t>(std::min(number > count ? number - count : count - number, 7u));
     step.place = static_cast<std::uint8_t>((number == 1 ? 2 : 0) + (number >= count ? 1 : 0));
