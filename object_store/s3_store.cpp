@@ -24,6 +24,14 @@ std::optional<std::uint64_t> size_in(const std::string& content_range) {
   return wrong == std::errc() && stop == end ? std::optional(size) : std::nullopt;
 }
 
+/// Returns the address of an object. Errors: those of S3Address::parse(); Invalid for that of a folder.
+Result<S3Address> object_address(const std::string& text) {
+  auto address = S3Address::parse(text);
+  if (address.ok() && (address->key.empty() || address->key.ends_with('/')))
+    return Error{ErrorCode::Invalid, text + ": names a folder, and not an object"};
+  return address;
+}
+
 /// Fetches parts of one object, as it was when it was opened.
 class Object {
  public:
@@ -111,10 +119,8 @@ Result<S3Client*> S3Store::client() {
 }
 
 Result<std::shared_ptr<RemoteFile>> S3Store::open(const std::string& text) {
-  auto address = S3Address::parse(text);
+  auto address = object_address(text);
   if (!address.ok()) return address.error();
-  if (address->key.empty() || address->key.ends_with('/'))
-    return Error{ErrorCode::Invalid, text + ": names a folder, and not an object"};
   const auto asked = client();
   if (!asked.ok()) return asked.error();
   Object object(**asked, std::move(*address));
@@ -155,10 +161,8 @@ Result<std::vector<std::string>> S3Store::list(const std::string& folder) {
 }
 
 Status S3Store::write(const std::string& text, const std::filesystem::path& file, const std::string& sha256) {
-  auto address = S3Address::parse(text);
+  auto address = object_address(text);
   if (!address.ok()) return address.error();
-  if (address->key.empty() || address->key.ends_with('/'))
-    return Error{ErrorCode::Invalid, text + ": names a folder, and not an object"};
   const auto asked = client();
   if (!asked.ok()) return asked.error();
   return S3Upload(**asked, std::move(*address), sha256).send(file);
