@@ -6,23 +6,23 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "storage/write_behind.hpp"
+
 namespace hueline::storage {
 namespace {
 
-struct Free {
-  void operator()(std::byte* bytes) const { std::free(bytes); }
-};
-
 /// Large appends go past the kernel's page cache (O_DIRECT): copying a camera's 300 MB/s into fresh pages of it takes
 /// several times the processor time of copying them into one small buffer from which the disk fetches them. What does
-/// not fill blocks goes through the page cache: the two never write parts of one block.
+/// not fill blocks goes through the page cache: the two never write parts of one block. Everything is written in order,
+/// so that a killed program leaves a file that ends early and has no hole.
 class KernelFile final : public DiskFile {
  public:
   KernelFile(int fd, std::filesystem::path path) : fd_(fd), path_(std::move(path)) {
@@ -30,31 +30,62 @@ class KernelFile final : public DiskFile {
     is_regular_ = ::fstat(fd_, &about) == 0 && S_ISREG(about.st_mode);
   }
   ~KernelFile() override {
+    behind_.reset();
     if (fd_ >= 0) ::close(fd_);
     if (direct_fd_ >= 0) ::close(direct_fd_);
   }
 
   std::int64_t append(std::span<const iovec> pieces) override {
     if (!is_regular_) return answer(::writev(fd_, pieces.data(), static_cast<int>(pieces.size())));
-    std::size_t total = 0;
-    for (const iovec& piece : pieces) total += piece.iov_len;
-    std::int64_t taken = -EINVAL;
-    if (total >= kLargeBytes && can_write_directly()) taken = append_blocks(pieces, total);
-    if (taken == -EINVAL)
+    if (const int result = settle(); result != 0) return result;
+    std::int64_t taken = 0;
+    if (size_of(pieces) >= kLargeBytes && can_write_directly() && make_staged()) {
+      const std::size_t begin = static_cast<std::size_t>(end_ % kBlock);
+      const std::size_t most = begin > 0 ? kBlock - begin : kStagedBytes;
+      taken = write_part(end_, {staged_.bytes.get() + begin, gather(pieces, staged_.bytes.get() + begin, most)});
+    } else {
       taken = answer(::pwritev(fd_, pieces.data(), static_cast<int>(pieces.size()), static_cast<off_t>(end_)));
+    }
     if (taken > 0) end_ += static_cast<std::uint64_t>(taken);
     return taken;
   }
+  std::int64_t append_behind(std::span<const iovec> pieces) override {
+    const bool is_worth_it = is_unsettled_ || size_of(pieces) >= kLargeBytes;
+    if (!is_regular_ || !is_worth_it || !can_write_directly() || !make_behind()) return append(pieces);
+    std::byte* const piece = behind_->free_piece();
+    if (piece == nullptr) return settle();
+    const std::size_t begin = static_cast<std::size_t>(end_ % kBlock);
+    const std::size_t size = gather(pieces, piece + begin, kStagedBytes - begin);  // ends at a block, or with the bytes
+    behind_->hand_over(end_, begin, size);
+    is_unsettled_ = true;
+    end_ += size;
+    return static_cast<std::int64_t>(size);
+  }
+  bool is_settled() override { return !is_unsettled_ || behind_->is_settled(); }
+  int settle(std::uint64_t& missing) override {
+    missing = 0;
+    if (!is_unsettled_) return 0;
+    const int result = behind_->settle(missing);
+    is_unsettled_ = result != 0;  // until truncate()
+    return result;
+  }
   std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    if (const int result = settle(); result != 0) return result;
     return answer(::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset)));
   }
-  int sync() override { return ::fdatasync(fd_) == 0 ? 0 : -errno; }
+  int sync() override {
+    if (const int result = settle(); result != 0) return result;
+    return ::fdatasync(fd_) == 0 ? 0 : -errno;
+  }
   int truncate(std::uint64_t size) override {
+    if (behind_) behind_->forget();
+    is_unsettled_ = false;
     if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) return -errno;
     end_ = size;
     return 0;
   }
   int check_place() override {
+    if (settle() != 0) return 0;  // it is not known how long the file should be
     struct stat own {
     }, there{};
     if (::fstat(fd_, &own) != 0) return -errno;
@@ -66,46 +97,84 @@ class KernelFile final : public DiskFile {
   }
   int descriptor() const override { return fd_; }
   int close() override {
+    const int settled = settle();
+    behind_.reset();
     if (direct_fd_ >= 0) ::close(std::exchange(direct_fd_, -1));  // nothing waits in it
     // Linux frees the descriptor even if close() reports an error, so it must not be called twice.
-    return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : -errno;
+    const int closed = ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR ? 0 : -errno;
+    return settled != 0 ? settled : closed;
   }
 
  private:
-  static constexpr std::size_t kBlock = 4096;  // a multiple of the blocks of all usual disks
+  static constexpr std::size_t kBlock = BlockMemory::kBlock;
   static constexpr std::size_t kLargeBytes = 1U << 20;
   static constexpr std::size_t kStagedBytes = 4U << 20;
 
   static std::int64_t answer(ssize_t result) { return result < 0 ? -errno : result; }
+  static std::size_t size_of(std::span<const iovec> pieces) {
+    std::size_t total = 0;
+    for (const iovec& piece : pieces) total += piece.iov_len;
+    return total;
+  }
+  /// Copies the first bytes, `most` of them at most, and returns their number.
+  static std::size_t gather(std::span<const iovec> pieces, std::byte* to, std::size_t most) {
+    std::size_t have = 0;
+    for (const iovec& piece : pieces) {
+      const std::size_t step = std::min(piece.iov_len, most - have);
+      std::memcpy(to + have, piece.iov_base, step);
+      have += step;
+      if (have == most) break;
+    }
+    return have;
+  }
 
   bool can_write_directly() {
     if (std::exchange(has_tried_, true)) return direct_fd_ >= 0;
     const std::string same = "/proc/self/fd/" + std::to_string(fd_);
     direct_fd_ = ::open(same.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC);  // some file systems have no such writing
-    if (direct_fd_ < 0) return false;
-    // The disk fetches the bytes by itself, which it can from addresses at a block only.
-    staged_.reset(static_cast<std::byte*>(std::aligned_alloc(kBlock, kStagedBytes)));
-    if (!staged_) ::close(std::exchange(direct_fd_, -1));
     return direct_fd_ >= 0;
   }
-
-  /// Appends up to the next block, or as many whole blocks as fit into the buffer. Returns -EINVAL if the file cannot
-  /// be written like this after all; it is then not tried again.
-  std::int64_t append_blocks(std::span<const iovec> pieces, std::size_t total) {
-    const std::size_t begun = static_cast<std::size_t>(end_ % kBlock);
-    const bool is_direct = begun == 0;
-    const std::size_t size = is_direct ? std::min(total, kStagedBytes) / kBlock * kBlock : kBlock - begun;
-    std::size_t have = 0;
-    for (const iovec& piece : pieces) {
-      const std::size_t step = std::min(piece.iov_len, size - have);
-      std::memcpy(staged_.get() + have, piece.iov_base, step);
-      have += step;
-      if (have == size) break;
+  bool make_staged() {
+    if (!staged_.bytes) staged_ = BlockMemory::of(kStagedBytes);
+    return staged_.bytes != nullptr;
+  }
+  /// Returns false if there is no thread or no memory; it is then not tried again.
+  bool make_behind() {
+    if (behind_ || std::exchange(has_no_behind_, true)) return behind_ != nullptr;
+    try {
+      behind_ = std::make_unique<WriteBehind>(kStagedBytes, [this](std::uint64_t offset, auto bytes) {
+        return was_cut(offset) ? -ENODATA : write_part(offset, bytes);
+      });
+    } catch (const std::exception&) {
     }
-    const std::int64_t taken =
-        answer(::pwrite(is_direct ? direct_fd_ : fd_, staged_.get(), size, static_cast<off_t>(end_)));
-    if (taken == -EINVAL) ::close(std::exchange(direct_fd_, -1));
-    return taken;
+    return behind_ != nullptr;
+  }
+
+  /// Returns whether the file is shorter than what was written to it: the length would not show it after the next
+  /// write.
+  bool was_cut(std::uint64_t written) const {
+    struct stat own {};
+    return ::fstat(fd_, &own) == 0 && static_cast<std::uint64_t>(own.st_size) < written;
+  }
+
+  int settle() {
+    std::uint64_t missing = 0;
+    return settle(missing);
+  }
+
+  /// Writes up to the next block, or the whole blocks, or what fills none; the bytes lie in their block's memory as in
+  /// the file. On whichever thread writes at present.
+  std::int64_t write_part(std::uint64_t offset, std::span<const std::byte> bytes) {
+    const std::size_t begun = static_cast<std::size_t>(offset % kBlock);
+    const bool is_direct = begun == 0 && bytes.size() >= kBlock && !is_direct_refused_;
+    const std::size_t size = begun > 0   ? std::min(bytes.size(), kBlock - begun)
+                             : is_direct ? bytes.size() / kBlock * kBlock
+                                         : bytes.size();
+    const auto write = [&](int fd) { return answer(::pwrite(fd, bytes.data(), size, static_cast<off_t>(offset))); };
+    const std::int64_t taken = write(is_direct ? direct_fd_ : fd_);
+    if (taken != -EINVAL || !is_direct) return taken;
+    is_direct_refused_ = true;  // this file cannot be written like this after all
+    return write(fd_);
   }
 
   int fd_;
@@ -113,8 +182,11 @@ class KernelFile final : public DiskFile {
   bool is_regular_ = false;
   std::uint64_t end_ = 0;  // where the next append goes
   int direct_fd_ = -1;     // the same file without the page cache
-  bool has_tried_ = false;
-  std::unique_ptr<std::byte, Free> staged_;
+  bool has_tried_ = false, has_no_behind_ = false;
+  bool is_unsettled_ = false;  // append_behind() took what may not be written
+  std::atomic<bool> is_direct_refused_ = false;
+  BlockMemory staged_;
+  std::unique_ptr<WriteBehind> behind_;
 };
 
 /// Writes the folder's entry of the file to the medium, which fdatasync of the file does not promise (fsync(2)).

@@ -24,6 +24,17 @@ class DiskFile {
   /// Appends the pieces in order (writev) and returns the number of bytes taken, which may be smaller than their sum.
   /// -EINTR means: call again.
   virtual std::int64_t append(std::span<const iovec> pieces) = 0;
+  /// Does what append() does, but may return before the bytes are written: they are copied. settle() tells whether they
+  /// were. All other functions settle first, and what comes after bytes that could not be written is not written.
+  virtual std::int64_t append_behind(std::span<const iovec> pieces) { return append(pieces); }
+  /// Returns whether everything that append_behind() took is written, or could not be.
+  virtual bool is_settled() { return true; }
+  /// Waits until everything that append_behind() took is written. Returns 0, or minus errno until truncate() is called;
+  /// -ENODATA means that another program has cut the file. `missing`: how many of the last bytes were not written.
+  virtual int settle(std::uint64_t& missing) {
+    missing = 0;
+    return 0;
+  }
   /// Overwrites bytes that were written before (pwrite) and returns the number of bytes taken. -EINTR means: call
   /// again.
   virtual std::int64_t overwrite(std::uint64_t offset, std::span<const std::byte> bytes) = 0;

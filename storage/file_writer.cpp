@@ -50,13 +50,21 @@ Status FileWriter::fail(const char* what, int errno_value) {
   return *error_;
 }
 
+Status FileWriter::fail_as_cut() {
+  error_ = Error{
+      ErrorCode::Truncated,
+      path_.string() + " was cut by another program while it was being written: what follows the cut cannot be read"};
+  return *error_;
+}
+
 Status FileWriter::failed_already() const {
   if (error_) return *error_;
   if (!file_) return Error{ErrorCode::Invalid, path_.string() + " is closed: nothing more can be written"};
   return {};
 }
 
-Status FileWriter::write(std::span<const ByteView> pieces) {
+Status FileWriter::write_by(std::int64_t (DiskFile::*append)(std::span<const iovec>),
+                            std::span<const ByteView> pieces) {
   if (Status before = failed_already(); !before) return before;
   std::array<iovec, kPiecesACall> vectors;
   std::uint64_t written_in_all = 0;
@@ -67,10 +75,16 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
       if (pieces[i].size() > skip)
         vectors[count++] = {const_cast<std::byte*>(pieces[i].data()) + skip, pieces[i].size() - skip};
     if (count == 0) break;
-    const std::int64_t written = file_->append(std::span(vectors).first(count));
+    const std::int64_t written = ((*file_).*append)(std::span(vectors).first(count));
     if (written == -EINTR) continue;
-    if (written < 0) return fail("write", static_cast<int>(-written));
-    if (written == 0) return fail("write", EIO);  // POSIX does not promise progress here: do not call again for ever
+    if (written <= 0) {
+      std::uint64_t missing = 0;  // of what write_behind() took
+      (void)file_->settle(missing);
+      size_ = std::min(size_, size_ + written_in_all - missing);
+      if (written == -ENODATA) return fail_as_cut();
+      // POSIX does not promise progress: do not call again for ever
+      return fail("write", written == 0 ? EIO : static_cast<int>(-written));
+    }
     written_in_all += static_cast<std::uint64_t>(written);
     for (std::size_t left = static_cast<std::size_t>(written); left > 0;) {
       const std::size_t step = std::min(left, pieces[piece].size() - offset);
@@ -81,6 +95,14 @@ Status FileWriter::write(std::span<const ByteView> pieces) {
   }
   size_ += written_in_all;
   return {};
+}
+
+Status FileWriter::settle() {
+  if (Status before = failed_already(); !before) return before;
+  std::uint64_t missing = 0;
+  const int result = file_->settle(missing);
+  size_ -= missing;
+  return result == 0 ? Status() : result == -ENODATA ? fail_as_cut() : fail("write", -result);
 }
 
 Status FileWriter::overwrite(std::uint64_t offset, ByteView bytes) {
@@ -108,12 +130,7 @@ Status FileWriter::check_place() {
   if (Status before = failed_already(); !before) return before;
   const int result = file_->check_place();
   if (result == 0) return {};
-  if (result == -ENODATA) {
-    error_ = Error{
-        ErrorCode::Truncated,
-        path_.string() + " was cut by another program while it was being written: what follows the cut cannot be read"};
-    return *error_;
-  }
+  if (result == -ENODATA) return fail_as_cut();
   const char* what = result == -ENOENT   ? " was deleted"
                      : result == -ESTALE ? " was moved or replaced"
                                          : "'s place cannot be told";

@@ -32,7 +32,15 @@ class FileWriter {
   /// Appends all bytes. It continues after short writes and interrupts.
   Status write(ByteView bytes) { return write(std::span<const ByteView>(&bytes, 1)); }
   /// Appends the pieces with as few system calls as possible (writev), without copying them first.
-  Status write(std::span<const ByteView> pieces);
+  Status write(std::span<const ByteView> pieces) { return write_by(&DiskFile::append, pieces); }
+  /// Does what write() does, but may return before the disk has the bytes, which are copied. settle() tells whether it
+  /// got them.
+  Status write_behind(std::span<const ByteView> pieces) { return write_by(&DiskFile::append_behind, pieces); }
+  /// Returns whether the disk has what write_behind() took, or refused it.
+  bool is_settled() const { return !file_ || file_->is_settled(); }
+  /// Waits until the disk has what write_behind() took. If this or write_behind() fails, size() is what the disk has.
+  /// Errors: as write(), and Truncated as check_place().
+  Status settle();
   /// Overwrites bytes that were written before. The end of the file stays where it is.
   Status overwrite(std::uint64_t offset, ByteView bytes);
   /// Writes everything so far to the medium (fdatasync) and waits for the disk.
@@ -47,7 +55,7 @@ class FileWriter {
   /// Syncs and closes. Returns an error if any part of this, or anything before it, failed.
   Status close();
 
-  /// Bytes of all write() calls that succeeded completely.
+  /// Bytes of all write() and write_behind() calls that succeeded completely.
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
   bool is_open() const { return file_ != nullptr; }
@@ -55,7 +63,9 @@ class FileWriter {
  private:
   FileWriter(std::filesystem::path path, std::unique_ptr<DiskFile> file)
       : path_(std::move(path)), file_(std::move(file)) {}
+  Status write_by(std::int64_t (DiskFile::*append)(std::span<const iovec>), std::span<const ByteView> pieces);
   Status fail(const char* what, int errno_value);
+  Status fail_as_cut();
   Status failed_already() const;
 
   /// A file beside the one whose place it takes. It is removed if it does not.

@@ -76,9 +76,9 @@ Status JournalWriter::append(const Packet& packet, nanoseconds now) {
   Counts& counts = counts_[packet.sensor];
   if (writer_.bytes_waiting() == 0) chunk_begun_ = now;
   if (is_chunk_old(now)) {
-    if (Status flushed = writer_.flush(); !flushed) {
+    if (Status ended = writer_.end_chunk(); !ended) {
       ++counts.refused;
-      return flushed;
+      return ended;
     }
     chunk_begun_ = now;
   }
@@ -108,6 +108,7 @@ Status JournalWriter::sync_at(nanoseconds now) {
 }
 
 Status JournalWriter::write_due(nanoseconds now) {
+  if (Status settled = writer_.settle(); !settled) return settled;
   const bool waits = writer_.bytes_waiting() > 0;
   if (last_sync_ && is_sync_due(now) && (waits || packets_on_medium() < packets_written())) return sync_at(now);
   return waits && is_chunk_old(now) ? writer_.flush() : Status();

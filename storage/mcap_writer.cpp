@@ -8,6 +8,12 @@
 #include "storage/crc32.hpp"
 
 namespace hueline::storage {
+namespace {
+
+/// Chunks that may wait for the disk. The disk's own memory bounds their bytes.
+constexpr std::size_t kMostInFlight = 16;
+
+}  // namespace
 
 std::string McapWriter::Config::validate() const {
   if (chunk_bytes < 1024 || chunk_bytes > (256u << 20)) return "chunk_bytes must be from 1024 to 268435456";
@@ -40,7 +46,7 @@ Status McapWriter::usable() const {
 }
 
 Status McapWriter::put_record(ByteView record) {
-  if (Status before = usable(); !before) return before;
+  if (Status before = settle(); !before) return before;
   const std::uint64_t whole = file_.size();
   if (Status written = file_.write(record); !written) {
     error_ = written.error();
@@ -115,23 +121,25 @@ Status McapWriter::write(const McapChunk::Message& message, ByteView head, const
   // A large message gets a chunk of its own. Otherwise a reader that keeps it in memory would keep its small neighbours
   // too, or they would keep it.
   if (!chunk_.empty() && (size >= config_.chunk_bytes || spans_too_much))
-    if (Status written = write_chunk(); !written) return written;
+    if (Status ended = end_chunk(); !ended) return ended;
   chunk_.add(message, head, payload);
   if (chunk_.size() < config_.chunk_bytes) return {};
-  Status written = write_chunk();
-  if (!written) --lost_messages_;  // this message was refused; it was not accepted and lost
-  return written;
+  Status ended = end_chunk();
+  if (!ended) --lost_messages_;  // this message was refused; it was not accepted and lost
+  return ended;
 }
 
-Status McapWriter::write_chunk() {
+Status McapWriter::end_chunk() {
+  if (Status before = usable(); !before) return before;
   if (chunk_.empty()) return {};
-  // This must come before the next append: if another program has cut the file, its length does not show it afterwards.
-  if (Status place = check_place(); !place && place.error().code == ErrorCode::Truncated)
-    return lose_chunk(place.error());
+  // Another program that cuts the file must be noticed before the next append: its length does not show it afterwards.
+  // While chunks are in flight, the disk looks.
+  if (file_.is_settled() || in_flight_.size() >= kMostInFlight)
+    if (Status place = check_place(); error_) return place;
   Bytes compressed;
   if (config_.compression != Compression::None)
     if (Status done = compress(config_.compression, chunk_.pieces(), compressed); !done)
-      return lose_chunk(done.error());
+      return lose_chunks(done.error());
   const std::uint64_t content = config_.compression == Compression::None ? chunk_.size() : compressed.size();
 
   Bytes head;
@@ -163,35 +171,71 @@ Status McapWriter::write_chunk() {
   else
     pieces.push_back(compressed);
   pieces.push_back(tail);
-  if (Status written = file_.write(pieces); !written) {
-    (void)file_.cut_back(index.offset);
-    return lose_chunk(written.error());
-  }
-  data_crc_ = crc32(data_crc_, head);
-  data_crc_ = config_.compression == Compression::None ? crc32_combine(data_crc_, chunk_.crc(), content)
-                                                       : crc32(data_crc_, compressed);
-  data_crc_ = crc32(data_crc_, tail);
-  if (statistics_.message_count == 0) statistics_.message_start_time = chunk_.start_time();
-  statistics_.message_start_time = std::min(statistics_.message_start_time, chunk_.start_time());
-  statistics_.message_end_time = std::max(statistics_.message_end_time, chunk_.end_time());
-  statistics_.message_count += chunk_.count();
-  for (const auto& [channel, entries] : chunk_.index()) statistics_.channel_message_counts[channel] += entries.size();
-  ++statistics_.chunk_count;
-  chunk_indexes_.push_back(std::move(index));
+  if (Status written = file_.write_behind(pieces); !written) return lose_chunks(written.error());
+  InFlight sent;
+  sent.data_crc = crc32(in_flight_.empty() ? data_crc_ : in_flight_.back().data_crc, head);
+  sent.data_crc = config_.compression == Compression::None ? crc32_combine(sent.data_crc, chunk_.crc(), content)
+                                                           : crc32(sent.data_crc, compressed);
+  sent.data_crc = crc32(sent.data_crc, tail);
+  sent.count = chunk_.count();
+  for (const auto& [channel, entries] : chunk_.index()) sent.channel_counts[channel] = entries.size();
+  sent.index = std::move(index);
+  in_flight_.push_back(std::move(sent));
   chunk_.clear();
+  return file_.is_settled() ? settle() : Status();
+}
+
+Status McapWriter::settle() {
+  if (Status before = usable(); !before) return before;
+  if (in_flight_.empty()) return {};
+  if (Status written = file_.settle(); !written) return lose_chunks(written.error());
+  take_in();
   return {};
 }
 
-Error McapWriter::lose_chunk(const Error& why) {
+/// Counts the chunks that are in the file.
+void McapWriter::take_in() {
+  for (; !in_flight_.empty() && in_flight_.front().end() <= file_.size(); in_flight_.pop_front()) {
+    InFlight& chunk = in_flight_.front();
+    data_crc_ = chunk.data_crc;
+    if (statistics_.message_count == 0) statistics_.message_start_time = chunk.index.start_time;
+    statistics_.message_start_time = std::min(statistics_.message_start_time, chunk.index.start_time);
+    statistics_.message_end_time = std::max(statistics_.message_end_time, chunk.index.end_time);
+    statistics_.message_count += chunk.count;
+    for (const auto& [channel, count] : chunk.channel_counts) statistics_.channel_message_counts[channel] += count;
+    ++statistics_.chunk_count;
+    chunk_indexes_.push_back(std::move(chunk.index));
+  }
+}
+
+/// Ends the writing behind the last chunk that is in the file whole.
+Error McapWriter::lose_chunks(const Error& why) {
+  (void)file_.settle();  // its size is then what the disk has
+  const std::uint64_t end = in_flight_.empty() ? file_.size() : in_flight_.back().end();
+  take_in();
+  const std::uint64_t whole = in_flight_.empty() ? end : in_flight_.front().index.offset;
+  if (why.code == ErrorCode::Truncated) {
+    forget_medium();
+  } else {
+    (void)file_.cut_back(whole);
+  }
+  for (const InFlight& lost : in_flight_) lost_messages_ += lost.count;
+  in_flight_.clear();
   error_ = why;
   lost_messages_ += chunk_.count();
   chunk_.clear();
   return why;
 }
 
+/// Another program has cut the file: nothing is certain any more.
+void McapWriter::forget_medium() {
+  sync_failed_ = true;
+  on_medium_ = 0;
+}
+
 Status McapWriter::flush() {
-  if (Status before = usable(); !before) return before;
-  return write_chunk();
+  if (Status ended = end_chunk(); !ended) return ended;
+  return settle();
 }
 
 Status McapWriter::sync() {
@@ -200,13 +244,9 @@ Status McapWriter::sync() {
 }
 
 Status McapWriter::check_place() {
-  if (Status before = usable(); !before) return before;
+  if (Status before = settle(); !before) return before;
   Status result = file_.check_place();
-  if (!result && result.error().code == ErrorCode::Truncated) {
-    error_ = result.error();
-    sync_failed_ = true;
-    on_medium_ = 0;
-  }
+  if (!result && result.error().code == ErrorCode::Truncated) return lose_chunks(result.error());
   return result;
 }
 
@@ -275,7 +315,7 @@ Status McapWriter::write_end() {
 
 Status McapWriter::close() {
   if (!file_.is_open()) return usable();
-  if (!error_) (void)write_chunk();  // write_chunk() remembers its error
+  (void)flush();  // flush() remembers its error
   // If another program has cut the file, an end written behind the cut could not be read.
   const bool was_cut = error_ && error_->code == ErrorCode::Truncated;
   if (!was_cut)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -52,6 +53,10 @@ class McapWriter {
 
   /// Adds one message whose data is `head` followed by `payload`. The bytes reach the file together with their chunk.
   Status write(const McapChunk::Message& message, ByteView head, const Buffer& payload = {});
+  /// Ends the waiting chunk and begins to write it. settle() tells whether the file got it.
+  Status end_chunk();
+  /// Waits until the chunks so far are in the file.
+  Status settle();
   /// Hands the waiting chunk to the kernel.
   Status flush();
   /// Does what flush() does and writes everything so far to the medium.
@@ -62,7 +67,7 @@ class McapWriter {
   /// Writes what waits, the summary and the footer, and syncs. Later calls return Invalid.
   Status close();
 
-  const McapStatistics& statistics() const { return statistics_; }  ///< of what is in the file
+  const McapStatistics& statistics() const { return statistics_; }  ///< of what is in the file, after settle()
   std::uint64_t bytes_written() const { return file_.size(); }
   /// Bytes in the chunk that is not written yet.
   std::uint64_t bytes_waiting() const { return chunk_.size(); }
@@ -78,10 +83,19 @@ class McapWriter {
     std::map<std::uint16_t, std::uint64_t> index_offsets;
   };
   McapWriter(FileWriter file, const Config& config) : config_(config), file_(std::move(file)) {}
+  /// A chunk that the disk may not have yet.
+  struct InFlight {
+    ChunkIndex index;
+    std::uint64_t count = 0;
+    std::map<std::uint16_t, std::uint64_t> channel_counts;
+    std::uint32_t data_crc = 0;  ///< of the file's data to its end
+    std::uint64_t end() const { return index.offset + index.length + index.index_length; }
+  };
   Status put_record(ByteView record);
-  Status write_chunk();
   Status synced(Status result);
-  Error lose_chunk(const Error& why);
+  void take_in();
+  void forget_medium();
+  Error lose_chunks(const Error& why);
   Status write_end();
   Status usable() const;
 
@@ -93,6 +107,7 @@ class McapWriter {
   std::vector<McapSchema> schemas_;
   std::vector<McapChannel> channels_;
   std::vector<ChunkIndex> chunk_indexes_;
+  std::deque<InFlight> in_flight_;
   Bytes attachment_indexes_, metadata_indexes_;  // encoded records
   std::uint64_t lost_messages_ = 0, on_medium_ = 0;
   bool sync_failed_ = false;  // a later sync may succeed and mean nothing
