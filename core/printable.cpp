@@ -56,4 +56,15 @@ std::string as_markup(std::string_view text) {
   return out;
 }
 
+std::string percent_encoded(std::string_view text, bool keeps_slashes) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
+  std::string out;
+  for (const char one : text)
+    if (kPlain.find(one) != std::string_view::npos || (keeps_slashes && one == '/'))
+      out += one;
+    else
+      out += fmt::format("%{:02X}", static_cast<unsigned char>(one));
+  return out;
+}
+
 }  // namespace hueline

@@ -16,4 +16,9 @@ std::string printable(std::string_view text, LineEnds line_ends = LineEnds::Esca
 /// Writes out the signs that HTML and XML take for markup: & < > ".
 std::string as_markup(std::string_view text);
 
+/// Returns the text for an address of the web: every byte as %XX but letters, digits, "-._~" and, if `keeps_slashes`,
+/// "/". Signatures of AWS want the same. Sources: RFC 3986, 2.1 and 2.3; "Create a signed AWS API request",
+/// UriEncode().
+std::string percent_encoded(std::string_view text, bool keeps_slashes);
+
 }  // namespace hueline

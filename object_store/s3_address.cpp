@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 namespace hueline::object_store {
 namespace {
 
@@ -23,18 +25,6 @@ Result<S3Address> S3Address::parse(const std::string& text) {
   const std::string allowed = std::string(kLettersAndDigits) + ".-_";
   if (out.bucket.find_first_not_of(allowed) != std::string::npos)
     return wrong(fmt::format("the bucket \"{}\" has signs other than letters, digits, '.', '-' and '_'", out.bucket));
-  return out;
-}
-
-std::string percent_encoded(std::string_view text, bool keeps_slashes) {
-  std::string plain = std::string(kLettersAndDigits) + "-._~";
-  if (keeps_slashes) plain += '/';
-  std::string out;
-  for (const char one : text)
-    if (plain.find(one) != std::string::npos)
-      out += one;
-    else
-      out += fmt::format("%{:02X}", static_cast<unsigned char>(one));
   return out;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "core/result.hpp"
 
@@ -15,9 +14,5 @@ struct S3Address {
   /// Reads an address. Errors: Invalid, with what is wrong.
   static Result<S3Address> parse(const std::string& text);
 };
-
-/// Returns the text with every byte as %XX but letters, digits, "-._~" and, if `keeps_slashes`, "/", as signatures of
-/// AWS want it. Source: "Create a signed AWS API request", UriEncode().
-std::string percent_encoded(std::string_view text, bool keeps_slashes);
 
 }  // namespace hueline::object_store

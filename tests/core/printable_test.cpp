@@ -89,5 +89,10 @@ TEST(AsMarkup, WritesOutWhatHtmlAndXmlTakeForMarkup) {
   EXPECT_EQ(as_markup("&lt;"), "&amp;lt;") << "text that is markup already is text like any other";
 }
 
+TEST(PercentEncoded, LeavesWhatAddressesMayHave) {
+  EXPECT_EQ(percent_encoded("a b/ä+~.txt", true), "a%20b/%C3%A4%2B~.txt");
+  EXPECT_EQ(percent_encoded("a/b=&", false), "a%2Fb%3D%26");
+}
+
 }  // namespace
 }  // namespace hueline

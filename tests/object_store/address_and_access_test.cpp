@@ -31,11 +31,6 @@ TEST(S3Address, IsRefusedWithWhatIsWrong) {
   EXPECT_EQ(S3Address::parse("http://drives/key").error().code, ErrorCode::Invalid);
 }
 
-TEST(S3Address, IsEncodedAsSignaturesWantIt) {
-  EXPECT_EQ(percent_encoded("a b/ä+~.txt", true), "a%20b/%C3%A4%2B~.txt");
-  EXPECT_EQ(percent_encoded("a/b=&", false), "a%2Fb%3D%26");
-}
-
 TEST(S3Xml, GivesTextsWithoutEntities) {
   const std::string xml = "<a><Key>one &amp; two</Key><Key>&lt;&#39;&#x41;</Key><Key>cut";
   std::size_t at = 0;
