@@ -22,6 +22,7 @@ bool is_sensor_name(const std::string& text) {
 const TextForm kChecklistItem{"a sentence of at most 120 characters",
                               [](const std::string& text) { return !text.empty() && text.size() <= 120; },
                               "^.{1,120}$"};
+const TextForm kNotKnown{"a sentence", [](const std::string& text) { return !text.empty(); }, "^.+$"};
 const TextForm kSensorName{"small letters, digits and _, but not hueline", is_sensor_name, "^[a-z0-9_]+$"};
 
 /// The keys of one sensor: those that every sensor has, those of its device, and those that its role has for clocks and
@@ -134,6 +135,12 @@ struct RigKeys {
                 "asks for each.",
                 "nothing"},
                rig.checklist, kChecklistItem);
+    keys.texts(
+        {"not_known", "",
+         "What of this file is guessed because nobody has entered it yet, in words. A drive with it is usable with "
+         "remarks at best, and says why. Remove a line when its value is entered.",
+         "nothing"},
+        rig.not_known, kNotKnown);
     keys.number({"end_within_s", "s",
                  "How long a drive may take to end after it was asked to, for a vehicle whose ignition cuts the power. "
                  "Then it ends at once: `drive.mcap` is whole, cloud and view end early. 0: as long as it takes."},

@@ -41,6 +41,7 @@ struct Rig {
   HealthLimits health;
   calibration::CalibrationWatchConfig watch;
   std::vector<std::string> checklist;  ///< what people check before a drive, in their words
+  std::vector<std::string> not_known;  ///< what of this file is guessed, in words: the verdict of each drive says so
   double end_within_s = 0;             ///< the end of a drive is cut off after this long; 0: never
   storage::MapConfig map;              ///< of the cloud
   storage::CloudFormat cloud_format = storage::CloudFormat::Las;

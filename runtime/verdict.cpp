@@ -68,6 +68,8 @@ Verdict judge_drive(const config::Rig& rig, const Health& health, const Summary&
   out.alarm_share = alarm_share(episodes, health);
 
   const auto remark = [&](Grade grade, std::string text) { out.remarks.push_back(of_drive(grade, std::move(text))); };
+  for (const std::string& one : rig.not_known)
+    remark(Grade::Remarks, "the rig has a guess for what is not known: " + one);
   if (summary.lost(FaultKind::DiskFull) > 0) remark(Grade::Again, "the recording ended before the drive did");
   if (summary.points() == 0) {
     remark(Grade::Again, "no point was placed");

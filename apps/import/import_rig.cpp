@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/json_text.hpp"
 #include "core/printable.hpp"
 
 namespace hueline::apps {
@@ -211,7 +212,7 @@ void ImportRig::add_camera(const std::string& topic, const CameraTopic& camera, 
   became_[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
   if (camera.unstamped > 0)
     became_[topic] += fmt::format("; {} without a stamp get the recorder's time", camera.unstamped);
-  if (!lens.why.empty()) to_do_.push_back(fmt::format("the lens of {}: {}", name, lens.why));
+  if (!lens.why.empty()) tell_not_known(fmt::format("the lens of {}: {}", name, lens.why));
   const bool has_facts = !lens.facts.empty() && survey_->facts.at(lens.facts).why.empty();
   if (has_facts && !became_.try_emplace(lens.facts, "the lens of " + name).second)
     became_[lens.facts] += " and " + name;
@@ -229,7 +230,16 @@ std::string ImportRig::text() const {
         "head:  # its axes are those of ROS's vehicle frame\n  T_body_head: {}\n  panorama: {{width: 8000, height: "
         "4000, stitching_radius_m: 20}}\n  lenses:\n{}",
         mounting(body_from_ros()), lenses_);
-  return out + "colouring: {method: lens}\n";
+  out += "colouring: {method: lens}\n";
+  if (!not_known_.empty()) out += "not_known:  # remove a line when its value is entered\n";
+  for (const std::string& one : not_known_) out += fmt::format("  - {}\n", json_text(printable(one)));
+  return out;
+}
+
+/// Tells the user what to enter, now and whenever a drive is made with the guess that stands for it.
+void ImportRig::tell_not_known(std::string what) {
+  not_known_.push_back(what);
+  to_do_.push_back(std::move(what));
 }
 
 std::string ImportRig::lens_text(const std::string& name, const std::string& frame, const ImportedLens& imported) {
@@ -273,7 +283,7 @@ std::string ImportRig::where_from(const std::string& key, const std::string& sen
     why = fmt::format("the tree of frames does not have its frame {}", frame);
   else if (!survey_->tree.has(base()))
     why = fmt::format("the tree of frames does not have the frame {} of the vehicle", base());
-  to_do_.push_back(fmt::format("{} of {} is not known: {}", key, sensor, why));
+  tell_not_known(fmt::format("{} of {} is not known: {}", key, sensor, why));
   return "  # NOT KNOWN: " + why;
 }
 

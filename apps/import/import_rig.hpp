@@ -64,12 +64,13 @@ class ImportRig {
   std::string where_from(const std::string& key, const std::string& sensor, const std::string& frame, bool is_known);
   std::string scanner_mounting(const std::string& name, const std::string& frame, const Eigen::Isometry3d& axes);
   std::string free_name(std::string name) const;
+  void tell_not_known(std::string what);
 
   const BagSurvey* survey_;
   PoseChoice pose_;
   std::vector<ImportedSensor> sensors_;
   std::map<std::string, std::string> became_;
-  std::vector<std::string> to_do_;
+  std::vector<std::string> to_do_, not_known_;
   std::map<std::string, std::string> packets_in_;  // topics of packets, by their frame
   std::string lenses_;
   int mounted_ = 0;

@@ -214,6 +214,12 @@ TEST_F(Health, ThePosOnlyAligns) {
   expect("pos", Trouble::NoPose, HealthLevel::Waiting, 0, "no good solution");
 }
 
+TEST_F(Health, ARigWithAGuessIsNoGoodDrive) {
+  drive({}, {}, rig_text() + "not_known: [\"the lens of lens0: nobody has measured it\"]\n");
+  EXPECT_EQ(verdict_.grade, runtime::Grade::Remarks);
+  EXPECT_THAT(verdict_.text(), HasSubstr("not known: the lens of lens0: nobody has measured it"));
+}
+
 TEST_F(Health, ThePosLosesItsSolution) {
   drive({line(sim::FaultType::PosNotGood, kMistake, 60)});
   expect("pos", Trouble::NoPose, HealthLevel::Alarm, kMistake, "no good solution");

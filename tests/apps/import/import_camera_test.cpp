@@ -7,6 +7,7 @@
 
 #include "apps/import/camera_choice.hpp"
 #include "apps/import/import_bag.hpp"
+#include "config/rig.hpp"
 #include "tests/rosbag/camera_message.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -146,6 +147,9 @@ TEST_F(ImportCamera, AnUncalibratedCameraIsTold) {
   EXPECT_EQ(done->to_do.at(1),
             "the lens of left_image_raw: its CameraInfo is not used: some of its values are no numbers");
   EXPECT_TRUE(rig_has("NOT KNOWN: its CameraInfo is not used")) << rig();
+  const config::Rig made = config::parse_rig(rig(), "rig.yaml");
+  ASSERT_FALSE(made.not_known.empty()) << "a replay says it";
+  EXPECT_EQ(made.not_known.front(), done->to_do.at(1));
 }
 
 TEST_F(ImportCamera, TheLensOfAnotherFrameIsNotTheCameras) {
