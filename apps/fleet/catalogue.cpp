@@ -15,7 +15,9 @@
 #include "core/input_folder.hpp"
 #include "core/printable.hpp"
 #include "runtime/drive_map.hpp"
+#include "runtime/health.hpp"
 #include "runtime/recording.hpp"
+#include "storage/journal_segments.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -24,6 +26,22 @@ namespace fs = std::filesystem;
 
 void note(CatalogueEntry& entry, const std::string& trouble) {
   entry.text += (entry.text.empty() ? "" : "; ") + printable(trouble);
+}
+
+std::optional<CatalogueWatch> watch_of(const nlohmann::ordered_json& summary) {
+  const auto at = [&](const std::string& key) {
+    return number_at(summary, ("/watch/last_window/against_rig/" + key).c_str());
+  };
+  CatalogueWatch out;
+  for (std::size_t i = 0; i < out.turn_deg.size(); ++i) {
+    const auto turn = at(fmt::format("turn_deg/{}", i)), sigma = at(fmt::format("turn_sigma_deg/{}", i));
+    if (!turn || !sigma) return {};
+    out.turn_deg[i] = *turn;
+    out.turn_sigma_deg = std::max(out.turn_sigma_deg, *sigma);
+  }
+  out.late_ms = at("late_ms").value_or(0);
+  out.late_sigma_ms = at("late_sigma_ms").value_or(0);
+  return out;
 }
 
 /// Takes the figures of a drive from its summary.json.
@@ -37,6 +55,30 @@ void read_summary(CatalogueEntry& entry, const fs::path& folder) {
   entry.path_m = number_at(*root, "/drive/path_m");
   entry.coloured_share = number_at(*root, "/points/coloured_share");
   if (const auto points = number_at(*root, "/points/total")) entry.points = static_cast<std::int64_t>(*points);
+  entry.watch = watch_of(*root);
+  for (const auto& remark : items_at(*root, "/verdict/remarks"))
+    entry.reasons.push_back(printable(text_at(remark, "/sensor") + ": " + text_at(remark, "/text")));
+  for (const auto& one : items_at(*root, "/health")) {
+    const std::string level = text_at(one, "/level");
+    if (level != runtime::name(runtime::HealthLevel::Warning) && level != runtime::name(runtime::HealthLevel::Alarm))
+      continue;
+    entry.troubles.push_back({printable(text_at(one, "/sensor")), printable(text_at(one, "/trouble")),
+                              printable(text_at(one, "/cause")),
+                              number_at(one, "/end_s").value_or(0) - number_at(one, "/begin_s").value_or(0)});
+  }
+}
+
+/// Returns the bytes of a recording's segments; nothing if they cannot be told.
+std::optional<std::int64_t> recorded_bytes(const std::string& recording) {
+  const auto segments = storage::find_segments(recording);
+  if (!segments.ok()) return {};
+  std::int64_t out = 0;
+  for (const storage::Segment& segment : *segments) {
+    const auto opened = InputFile::open(segment.path);
+    if (!opened.ok()) return {};
+    out += static_cast<std::int64_t>(opened->size());
+  }
+  return out;
 }
 
 /// Takes rig and places from the recording. `rig` is the file that replaces the recorded one; empty: none does.
@@ -70,10 +112,13 @@ CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
   for (const FleetInput& input : task.inputs) {
     if (input.role == InputRole::Rig) rig = input.file.string();
     if (input.role == InputRole::Trajectory) entry.trajectory_sha256 = input.sha256;
+    if (input.role == InputRole::Recording)
+      entry.recording_bytes = entry.recording_bytes.value_or(0) + static_cast<std::int64_t>(input.bytes);
   }
   auto result = finished_result(plan, task, Check::Sizes);
   if (result) {
     entry.results = results_of(plan, task).string();
+    entry.fusion_s = result->seconds;
     entry.products = std::move(result->products);
     read_summary(entry, entry.results);
   } else {
@@ -91,6 +136,7 @@ CatalogueEntry entry_of(const std::string& drive) {
   const fs::path folder = recording.parent_path();
   entry.key = entry.recording = recording.string();
   entry.status = "driven";
+  entry.recording_bytes = recorded_bytes(entry.recording);
   if (recording.stem() == "drive" && holds(folder, "summary.json")) {
     entry.name = folder.filename().string();
     entry.results = folder.string();

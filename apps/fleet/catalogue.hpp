@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -15,6 +16,21 @@
 /// The catalogue of many drives: what was driven when and where, with which rig, and what came of it (docs/fleet.md).
 namespace hueline::apps {
 
+/// What the watch over the camera head found at the end of a drive, against the rig: `watch` of summary.json
+/// (docs/formats.md).
+struct CatalogueWatch {
+  std::array<double, 3> turn_deg{};  ///< about the head's x, y and z
+  double turn_sigma_deg = 0;         ///< the largest of the three
+  double late_ms = 0, late_sigma_ms = 0;
+};
+
+/// What was wrong with a sensor, or with the drive, for a while.
+struct CatalogueTrouble {
+  std::string sensor, trouble;  ///< trouble: a word of summary.json, such as "time_sigma"
+  std::string cause;            ///< in words, with its figures
+  double lasted_s = 0;
+};
+
 /// A drive in the catalogue. Empty texts and missing values are not known.
 struct CatalogueEntry {
   /// What the drive is known by where several catalogues come together: the folder in which the plan has its results,
@@ -27,6 +43,11 @@ struct CatalogueEntry {
   std::optional<double> duration_s, path_m, coloured_share;
   std::optional<std::int64_t> points;
   std::string rig, rig_sha256, trajectory_sha256, program;
+  std::optional<std::int64_t> recording_bytes;  ///< of all segments
+  std::optional<double> fusion_s;               ///< wall time of its task
+  std::optional<CatalogueWatch> watch;
+  std::vector<std::string> reasons;        ///< of the verdict, the gravest first
+  std::vector<CatalogueTrouble> troubles;  ///< warnings and alarms
   std::map<std::string, FleetProduct> products;
   std::vector<Geodetic> places;  ///< one a second, of the POS's good solutions
 };

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <utility>
 
+#include "apps/fleet/catalogue_page.hpp"
 #include "apps/fleet/postgis_catalogue.hpp"
 #include "apps/fleet/postgres.hpp"
 #include "core/output_file.hpp"
@@ -20,6 +22,21 @@ class GeoPackageOutput : public CatalogueOutput {
     const Status written = bytes.ok() ? write_output(file_, *bytes) : Status(bytes.error());
     if (!written.ok()) return written.error();
     return "in " + file_;
+  }
+
+ private:
+  std::string file_;
+};
+
+class PageOutput : public CatalogueOutput {
+ public:
+  explicit PageOutput(std::string file) : file_(std::move(file)) {}
+  Status check() const override { return check_output(file_); }
+  Result<std::string> write(const std::vector<CatalogueEntry>& entries) const override {
+    const std::filesystem::path folder = std::filesystem::absolute(file_).lexically_normal().parent_path();
+    const Status written = write_output(file_, catalogue_page(entries, folder));
+    if (!written.ok()) return written.error();
+    return "on " + file_;
   }
 
  private:
@@ -50,6 +67,7 @@ Result<std::unique_ptr<CatalogueOutput>> CatalogueOutput::of(const std::string& 
   }
   if (out.find("://") != std::string::npos)
     return Error{ErrorCode::Invalid, "a catalogue is written to a file or to postgresql://USER@HOST/DATABASE"};
+  if (out.ends_with(".html")) return std::unique_ptr<CatalogueOutput>(std::make_unique<PageOutput>(out));
   return std::unique_ptr<CatalogueOutput>(std::make_unique<GeoPackageOutput>(out));
 }
 

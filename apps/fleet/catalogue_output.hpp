@@ -12,8 +12,9 @@ namespace hueline::apps {
 /// Where a catalogue is written to.
 class CatalogueOutput {
  public:
-  /// Returns the database whose address this is, or the GeoPackage of that name. Errors: Invalid if it is an address to
-  /// which no catalogue can be written. The message does not repeat the address, which may hold a password.
+  /// Returns the database whose address this is, the page whose name ends with .html, or the GeoPackage of that name.
+  /// Errors: Invalid if it is an address to which no catalogue can be written. The message does not repeat the address,
+  /// which may hold a password.
   static Result<std::unique_ptr<CatalogueOutput>> of(const std::string& out);
 
   CatalogueOutput() = default;

@@ -23,7 +23,21 @@ template <auto member>
 TableValue take(const CatalogueEntry& entry) {
   return value_of(entry.*member);
 }
+/// Takes a figure of the watch over the head.
+template <class Figure>
+TableValue watched(const CatalogueEntry& entry, Figure figure) {
+  return entry.watch ? TableValue(figure(*entry.watch)) : TableValue();
+}
+template <std::size_t axis>
+TableValue turned(const CatalogueEntry& entry) {
+  return watched(entry, [](const CatalogueWatch& watch) { return watch.turn_deg[axis]; });
+}
+template <auto member>
+TableValue watch_figure(const CatalogueEntry& entry) {
+  return watched(entry, [](const CatalogueWatch& watch) { return watch.*member; });
+}
 using Entry = CatalogueEntry;
+using Watch = CatalogueWatch;
 constexpr std::array kDriveColumns{
     DriveColumn{{"name", ColumnType::Text}, take<&Entry::name>},
     DriveColumn{{"status", ColumnType::Text}, take<&Entry::status>},
@@ -34,6 +48,14 @@ constexpr std::array kDriveColumns{
     DriveColumn{{"path_m", ColumnType::Real}, take<&Entry::path_m>},
     DriveColumn{{"points", ColumnType::Integer}, take<&Entry::points>},
     DriveColumn{{"coloured_share", ColumnType::Real}, take<&Entry::coloured_share>},
+    DriveColumn{{"recording_bytes", ColumnType::Integer}, take<&Entry::recording_bytes>},
+    DriveColumn{{"fusion_s", ColumnType::Real}, take<&Entry::fusion_s>},
+    DriveColumn{{"head_turn_x_deg", ColumnType::Real}, turned<0>},
+    DriveColumn{{"head_turn_y_deg", ColumnType::Real}, turned<1>},
+    DriveColumn{{"head_turn_z_deg", ColumnType::Real}, turned<2>},
+    DriveColumn{{"head_turn_sigma_deg", ColumnType::Real}, watch_figure<&Watch::turn_sigma_deg>},
+    DriveColumn{{"images_late_ms", ColumnType::Real}, watch_figure<&Watch::late_ms>},
+    DriveColumn{{"images_late_sigma_ms", ColumnType::Real}, watch_figure<&Watch::late_sigma_ms>},
     DriveColumn{{"rig", ColumnType::Text}, take<&Entry::rig>},
     DriveColumn{{"rig_sha256", ColumnType::Text}, take<&Entry::rig_sha256>},
     DriveColumn{{"trajectory_sha256", ColumnType::Text}, take<&Entry::trajectory_sha256>},

@@ -248,12 +248,13 @@ void add_fleet_catalogue(Command& fleet) {
   auto options = std::make_shared<Options>();
   Command command =
       fleet.command("catalogue",
-                    "write many drives into a GeoPackage or a database: when, where, rig, verdict, figures, "
-                    "and the SHA-256 of the products");
+                    "write many drives into a GeoPackage, a database or a page: when, where, rig, verdict, figures, "
+                    "costs, and the SHA-256 of the products");
   command.required("DRIVES", options->named,
                    "folders of drives, recordings, or plans (.json), of which all drives are taken");
   command.required("--out", options->out,
-                   "the GeoPackage, such as fleet.gpkg; or the database, postgresql://USER@HOST/DATABASE, in which the "
+                   "the GeoPackage, such as fleet.gpkg; the page for people, such as fleet.html; or the database, "
+                   "postgresql://USER@HOST/DATABASE, in which the "
                    "rows of these drives are replaced and those of others stay; its password belongs in ~/.pgpass");
   command.reads(options->named);
   command.runs([options] { return catalogue(options->named, options->out); });

@@ -32,4 +32,9 @@ std::optional<double> number_at(const Json& root, const char* pointer) {
   return root.at(place).get<double>();
 }
 
+Json items_at(const Json& root, const char* pointer) {
+  const Json::json_pointer place(pointer);
+  return root.contains(place) && root.at(place).is_array() ? root.at(place) : Json::array();
+}
+
 }  // namespace hueline::apps

@@ -18,5 +18,7 @@ Result<nlohmann::ordered_json> read_json(const std::filesystem::path& file, cons
 std::string text_at(const nlohmann::ordered_json& root, const char* pointer);
 /// Returns the number at a JSON pointer; nothing if there is none.
 std::optional<double> number_at(const nlohmann::ordered_json& root, const char* pointer);
+/// Returns the list at a JSON pointer; an empty one if there is none.
+nlohmann::ordered_json items_at(const nlohmann::ordered_json& root, const char* pointer);
 
 }  // namespace hueline::apps

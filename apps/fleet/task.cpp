@@ -126,12 +126,16 @@ TaskEnd end_of(int status) {
   }
 }
 
-/// Returns the last error in a log, in one line; the last lines if it has none.
-std::string last_words(const fs::path& log) {
+/// Returns the last error in a log, in one line; the last lines if it has none. `is_whole`: the replay has not crashed,
+/// so that what it prints after its error is no part of it.
+std::string last_words(const fs::path& log, bool is_whole) {
   constexpr std::string_view kError = " error ";
   std::string text = last_lines(log, 2000);
   while (text.ends_with('\n')) text.pop_back();
-  if (const auto at = text.rfind(kError); at != std::string::npos) text.erase(0, at + kError.size());
+  if (const auto at = text.rfind(kError); at != std::string::npos) {
+    text.erase(0, at + kError.size());
+    if (is_whole) text.erase(std::min(text.size(), text.find('\n')));
+  }
   return printable(text);
 }
 
@@ -225,7 +229,7 @@ TaskResult replay_drive(const FleetTask& task, const Attempt& attempt, const Rep
   }
   out.end = end_of(*status);
   if (stop.stop_requested() && !has_results(out.end)) out.end = TaskEnd::Stopped;
-  if (out.end != TaskEnd::Done) out.text = last_words(attempt.log());
+  if (out.end != TaskEnd::Done) out.text = last_words(attempt.log(), out.end != TaskEnd::Crashed);
   if (out.end == TaskEnd::Crashed) out.text = fmt::format("signal {}; {}", *status - 128, out.text);
   if (!has_results(out.end)) return out;
   // A recording that cannot be opened at all gives the same status as one that is read in part.

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,8 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/fleet/catalogue.hpp"
+#include "apps/fleet/catalogue_page.hpp"
+#include "apps/fleet/coverage_map.hpp"
 #include "apps/fleet/fleet.hpp"
 #include "apps/fleet/geopackage.hpp"
 #include "apps/fleet/plan.hpp"
@@ -24,6 +28,7 @@
 #include "apps/fleet/submit.hpp"
 #include "apps/fleet/task.hpp"
 #include "apps/sha256.hpp"
+#include "core/angle.hpp"
 #include "core/output_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -509,6 +514,69 @@ TEST_F(Fleet, SnakefileQuotesItsTexts) {
   EXPECT_THAT(text, HasSubstr("expand(\"{number}.done\", number=[1, 4])"));
   EXPECT_THAT(text, HasSubstr("/say \\\"x\\\".json\"\n"));
   EXPECT_THAT(text, HasSubstr("{params.hueline:q} fleet task {params.plan:q} {wildcards.number} --threads={threads}"));
+}
+
+/// A drive of two places with a verdict.
+CatalogueEntry driven(const std::string& name, double latitude_deg, double longitude_deg) {
+  CatalogueEntry out;
+  out.name = name;
+  out.status = "done";
+  out.verdict = "good";
+  out.begin = out.end = "2026-11-28T12:00:00.000Z";
+  out.duration_s = 3600;
+  out.path_m = 10'000;
+  out.recording_bytes = 5'000'000'000;
+  out.rig = "van";
+  out.places = {{latitude_deg / kDegPerRad, longitude_deg / kDegPerRad, 0},
+                {latitude_deg / kDegPerRad, (longitude_deg + 0.01) / kDegPerRad, 0}};
+  return out;
+}
+
+TEST(CoverageMap, HasTheDrivesOfAnAreaTogether) {
+  std::vector<CatalogueEntry> drives{driven("munich", 48.1, 11.5),      driven("fiji west", -17, 179.995),
+                                     driven("nowhere", 0, 0),           driven("munich again", 48.12, 11.6),
+                                     driven("fiji east", -17, -179.95), driven("augsburg", 48.37, 10.89)};
+  drives[2].places.clear();
+  drives[4].path_m = 30'000;
+  const auto areas = coverage_areas(drives);
+  ASSERT_EQ(areas.size(), 3u);
+  EXPECT_EQ(areas[0].drives, (std::vector<std::size_t>{1, 4})) << "the date line parts no drives";
+  EXPECT_DOUBLE_EQ(areas[0].path_m, 40'000);
+  EXPECT_NEAR(std::abs(areas[0].longitude_deg), 179.97, 0.02);
+  EXPECT_EQ(areas[1].drives, (std::vector<std::size_t>{0, 3}));
+  EXPECT_NEAR(areas[1].latitude_deg, 48.11, 1e-9);
+  EXPECT_EQ(areas[2].drives, std::vector<std::size_t>{5});
+  // 0.055 deg of longitude are 5.85 km there; the line of the first drive is 1.06 km long.
+  const std::string map = coverage_map(areas[0], drives);
+  double from = 0, to = 0, y = 0;
+  ASSERT_EQ(std::sscanf(map.c_str() + map.find("points=\""), "points=\"%lf,%lf %lf", &from, &y, &to), 3) << map;
+  EXPECT_NEAR((to - from) / (760 - 48), 0.01 / 0.065, 0.001);
+}
+
+TEST(CataloguePage, ShowsWhatIsWrongAndWhatItCost) {
+  std::vector<CatalogueEntry> drives{driven("one", 48.1, 11.5), driven("<b>two</b>", 48.1, 11.5), driven("none", 0, 0)};
+  drives[0].fusion_s = 1800;
+  drives[0].watch = CatalogueWatch{{0.02, -0.01, 0.03}, 0.004, 0.5, 0.1};
+  drives[0].troubles = {{"pos", "weak_gnss", "no fixed solution", 12}, {"pos", "weak_gnss", "again", 5}};
+  drives[1].troubles = {{"pos", "weak_gnss", "no fixed solution", 20}};
+  drives[1].verdict = "drive again";
+  drives[1].reasons = {"pos: lost 3 %", "camera: gone", "laser: gone"};
+  drives[2] = {};
+  drives[2].name = "none";
+  drives[2].status = "input_missing";
+  drives[2].text = "no such file";
+  const std::string page = catalogue_page(drives, "/somewhere");
+  EXPECT_EQ(page.find("<b>two"), std::string::npos);
+  EXPECT_THAT(page, HasSubstr("&lt;b&gt;two&lt;/b&gt;"));
+  EXPECT_THAT(page, HasSubstr("pos: lost 3 %; and 2 more"));
+  EXPECT_THAT(page, HasSubstr("<td>pos</td><td>weak_gnss</td><td class=\"n\">2</td><td class=\"n\">37</td>"));
+  EXPECT_THAT(page, HasSubstr("<td>input_missing</td><td class=\"n\">1</td><td class=\"w\">none</td>"));
+  // 10 GB in 20 km and 2 h; half an hour of fusion for one of them.
+  EXPECT_THAT(page,
+              HasSubstr("<td class=\"n\">10.00 GB</td><td class=\"n\">0.500 GB</td><td class=\"n\">5.00 GB</td>"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"n\">0.50 h</td><td class=\"n\">0.050 h</td><td class=\"n\">0.50 h</td>"));
+  EXPECT_THAT(page, HasSubstr("Head turned against the rig"));
+  EXPECT_THAT(page, HasSubstr("days after 2026-11-28"));
 }
 
 }  // namespace

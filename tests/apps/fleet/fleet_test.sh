@@ -54,6 +54,13 @@ says "^5 drives in fleet.gpkg$"
 "$source/tests/apps/fleet/catalogue_check.py" fleet.gpkg fleet 1=done 2=done 3=input_changed 4=done cut=damaged || fail "the catalogue"
 ends 0 "$hueline" fleet catalogue fleet.json --out fleet2.gpkg
 cmp fleet.gpkg fleet2.gpkg || fail "the catalogue changes"
+# The same as a page for people: what is not done is told, and each link leads to a report.
+mkdir pages
+ends 0 "$hueline" fleet catalogue fleet.json --out pages/fleet.html
+says "^5 drives on pages/fleet.html$"
+"$source/tests/apps/fleet/page_check.py" pages/fleet.html 5 4 3 || fail "the page"
+ends 0 "$hueline" fleet catalogue fleet.json --out pages/again.html
+cmp pages/fleet.html pages/again.html || fail "the page changes"
 # Drives without a plan: one with its products, one recording alone, one that is none.
 mkdir -p "driven/it's 4"
 cp single/4/* drives/4/drive.mcap "driven/it's 4"
