@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace hueline {
@@ -19,13 +20,45 @@ std::string_view trimmed(std::string_view text) {
                                         : text.substr(from, text.find_last_not_of(kBlank) - from + 1);
 }
 
-std::vector<std::string> split(std::string_view line, char separator) {
+/// Takes the value in quotes with which `line` begins, and what follows up to the separator. Nothing: it does not end.
+std::optional<std::string> take_quoted(std::string_view& line, char separator) {
+  std::string value;
+  std::size_t at = 1;
+  for (; at < line.size(); ++at) {
+    if (line[at] != '"') {
+      value += line[at];
+    } else if (line.substr(at + 1).starts_with('"')) {
+      value += line[at++];
+    } else {
+      break;
+    }
+  }
+  if (at >= line.size()) return std::nullopt;
+  const std::size_t end = std::min(line.find(separator, at), line.size());
+  if (!trimmed(line.substr(at + 1, end - at - 1)).empty()) return std::nullopt;
+  line.remove_prefix(end);
+  return value;
+}
+
+/// Returns the values of a line. Nothing: a value in quotes does not end.
+std::optional<std::vector<std::string>> split(std::string_view line, char separator) {
   std::vector<std::string> out;
   for (;;) {
-    const std::size_t end = line.find(separator);
-    out.emplace_back(trimmed(line.substr(0, end)));
-    if (end == std::string_view::npos) return out;
-    line.remove_prefix(end + 1);
+    std::string_view rest = line;
+    while (!rest.empty() && rest.front() != separator && kBlank.find(rest.front()) != std::string_view::npos)
+      rest.remove_prefix(1);
+    if (rest.starts_with('"')) {
+      auto value = take_quoted(rest, separator);
+      if (!value) return std::nullopt;
+      out.push_back(std::move(*value));
+      line = rest;
+    } else {
+      const std::size_t end = std::min(line.find(separator), line.size());
+      out.emplace_back(trimmed(line.substr(0, end)));
+      line.remove_prefix(end);
+    }
+    if (line.empty()) return out;
+    line.remove_prefix(1);
   }
 }
 
@@ -58,20 +91,25 @@ Result<CsvTable> CsvTable::parse(std::string_view text, const std::string& file,
   CsvTable table;
   table.file_ = file;
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  char separator = ',';
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    return refused(file, 1, "the text is UTF-16; save it as UTF-8");
   int number = 0;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
-    const std::string_view line = trimmed(text.substr(0, end));
+    std::string_view line = text.substr(0, end);
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     ++number;
-    if (line.empty() || line.front() == '#') continue;
-    if (line.find('"') != std::string_view::npos)
-      return refused(file, number, "quoted values are not read; leave the quotes out");
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
     if (table.columns_.empty()) {
-      if (line.find(';') != std::string_view::npos) separator = ';';
+      for (const char separator : {'\t', ',', ';'})
+        if (line.find(separator) != std::string_view::npos) table.separator_ = separator;
+    }
+    auto values = split(line, table.separator_);
+    if (!values) return refused(file, number, "a value in quotes does not end, or something stands behind it");
+    if (table.columns_.empty()) {
       std::size_t place = 0;
-      for (const std::string& name : split(line, separator)) {
+      for (const std::string& name : *values) {
         if (!is_among(columns.needed, name) && !is_among(columns.allowed, name))
           return refused(file, number, unknown(name, columns));
         if (!table.columns_.emplace(name, place++).second)
@@ -82,13 +120,16 @@ Result<CsvTable> CsvTable::parse(std::string_view text, const std::string& file,
           return refused(file, number,
                          fmt::format("column '{}' is missing; the first line must name {}", name,
                                      fmt::join(columns.needed, ", ")));
+      table.has_point_.assign(values->size(), false);
       continue;
     }
-    Row row{number, split(line, separator)};
+    Row row{number, std::move(*values)};
     if (row.values.size() != table.columns_.size())
       return refused(
           file, number,
           fmt::format("{} values, the first line names {} columns", row.values.size(), table.columns_.size()));
+    for (std::size_t i = 0; i < row.values.size(); ++i)
+      if (row.values[i].find('.') != std::string::npos) table.has_point_[i] = true;
     table.rows_.push_back(std::move(row));
   }
   if (table.columns_.empty())
@@ -108,8 +149,14 @@ Result<double> CsvTable::number(std::size_t row, const std::string& column) cons
   const std::string& word = text(row, column);
   double value = 0;
   if (reads(word, value) && std::isfinite(value)) return value;
-  return refuse(row, fmt::format("{} is '{}', not a number{}", column, word,
-                                 word.find(',') == std::string::npos ? "" : "; decimals stand behind a point"));
+  const std::size_t comma = word.find(',');
+  if (comma == std::string::npos) return refuse(row, fmt::format("{} is '{}', not a number", column, word));
+  if (separator_ != ',' && !has_point_[columns_.at(column)]) {
+    std::string pointed = word;
+    pointed[comma] = '.';
+    if (reads(pointed, value) && std::isfinite(value)) return value;
+  }
+  return refuse(row, fmt::format("{} is '{}', not a number; decimals stand behind a point", column, word));
 }
 
 Result<std::optional<double>> CsvTable::optional_number(std::size_t row, const std::string& column) const {
@@ -124,6 +171,13 @@ Result<std::uint32_t> CsvTable::whole_number(std::size_t row, const std::string&
   std::uint32_t value = 0;
   if (reads(word, value)) return value;
   return refuse(row, fmt::format("{} is '{}', not a whole number", column, word));
+}
+
+std::string csv_value(const std::string& text) {
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
 }
 
 Error CsvTable::refuse(std::size_t row, const std::string& what) const { return refused(file_, rows_[row].line, what); }

@@ -17,8 +17,9 @@ namespace hueline {
 constexpr std::uint64_t kMostTable = 50'000'000;
 
 /// A table that people wrote or exported. The first line names the columns, in any order; each further line is a row.
-/// Values are separated by commas or semicolons; the first line decides which. Blanks around values, empty lines, lines
-/// that begin with #, a byte order mark and CR LF are allowed. Quotes are not supported. Immutable.
+/// Values are separated by commas, semicolons or tabs; the first line decides which. A value may stand in quotes, which
+/// are doubled inside it, but must end in its line. Blanks around values, empty lines, lines that begin with #, a byte
+/// order mark and CR LF are allowed. Immutable.
 class CsvTable {
  public:
   struct Columns {
@@ -30,8 +31,8 @@ class CsvTable {
     std::function<std::string(std::string_view)> advice;
   };
   /// Parses a table; `file` names it in messages. Errors: Malformed, with file and line, for a column that is unknown,
-  /// missing or there twice, for a row with another number of values, for quotes, and for a table without a first line
-  /// or without rows.
+  /// missing or there twice, for a row with another number of values, for a quoted value that does not end, for UTF-16,
+  /// and for a table without a first line or without rows.
   static Result<CsvTable> parse(std::string_view text, const std::string& file, const Columns& columns);
 
   std::size_t rows() const { return rows_.size(); }
@@ -39,8 +40,9 @@ class CsvTable {
   int line(std::size_t row) const { return rows_[row].line; }
   /// Returns the value, or an empty text if the table does not have the column.
   const std::string& text(std::size_t row, const std::string& column) const;
-  /// Returns a finite number with a decimal point. Errors, here and in the next two: Malformed, with file, line, column
-  /// and value.
+  /// Returns a finite number. Decimals stand behind a point; where commas do not separate values and no value of the
+  /// column has a point, behind a comma. Errors, here and in the next two: Malformed, with file, line, column and
+  /// value.
   Result<double> number(std::size_t row, const std::string& column) const;
   /// Returns nothing if the column or the value is left out.
   Result<std::optional<double>> optional_number(std::size_t row, const std::string& column) const;
@@ -56,6 +58,11 @@ class CsvTable {
   std::string file_;
   std::map<std::string, std::size_t> columns_;
   std::vector<Row> rows_;
+  char separator_ = ',';
+  std::vector<bool> has_point_;  // by column: whether a value of it has a point
 };
+
+/// Returns `text` as one value of a table with commas: in quotes if it needs them.
+std::string csv_value(const std::string& text);
 
 }  // namespace hueline

@@ -41,7 +41,7 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
   const auto T_ecef_enu = ecef_from_enu(origin);
   for (const survey::PickOutcome& one : outcomes) {
     out += fmt::format(
-        "{},{},{},{:.3f},{:.3f},{},", one.pick.name, one.pick.exposure, one.lens, one.lens_pixel.x(),
+        "{},{},{},{:.3f},{:.3f},{},", csv_value(one.pick.name), one.pick.exposure, one.lens, one.lens_pixel.x(),
         one.lens_pixel.y(),
         one.exposed ? fmt::format("{:.6f}", static_cast<double>(count_ns(*one.exposed) / 1000) * 1e-6) : "");
     if (!one.object.ok()) {

@@ -19,6 +19,7 @@ std::string advice(std::string_view column) {
     if (!column.starts_with(axis)) continue;
     if (column == axis)
       return fmt::format("column '{0}' does not say its unit; if it holds metres name it {0}_m", column);
+    if (column.ends_with("_m")) return fmt::format("column '{}' is unknown; name it {}_m", column, axis);
     return fmt::format("column '{}' is not in metres; convert its values and name it {}_m", column, axis);
   }
   if (column == "x" || column == "y" || column == "z" || column.starts_with("x_") || column.starts_with("y_") ||

@@ -21,7 +21,9 @@ TEST(CsvTable, ReadsTheSameFromEveryFormOfTheSameTable) {
   for (const char* text : {"name,x_m,count\nA,1.5,3\nB,-2e1,\n", "name,x_m,count\r\nA,1.5,3\r\nB,-2e1,",
                            "\xEF\xBB\xBFname;x_m;count\nA;1.5;3\nB;-2e1;\n",
                            "# made by hand\n\n name , x_m\t,count\nA , 1.5,\t3\n#B,1,1\n   \nB,-2e1, \n",
-                           "count,name,x_m\n3,A,1.5\n,B,-2e1\n"}) {
+                           "count,name,x_m\n3,A,1.5\n,B,-2e1\n", "count\tname\tx_m\n3\tA\t1.5\n\tB\t-2e1\r\n",
+                           "name;x_m;count\nA;1,5;3\nB;-2e1;\n", "x_m\tname\tcount\n1,5\tA\t3\n-20\tB\t\n",
+                           "\"name\",\"x_m\",\"count\"\r\n\"A\", \"1.5\" ,\"3\"\r\n\"B\",-2e1,\"\"\r\n"}) {
     const auto table = parse(text);
     ASSERT_TRUE(table.ok()) << text << table.error().message;
     ASSERT_EQ(table->rows(), 2u) << text;
@@ -45,7 +47,11 @@ TEST(CsvTable, RefusesWithFileLineAndReason) {
   EXPECT_EQ(why("name,x_m,name\n"), "t.csv:1: column 'name' is there twice");
   EXPECT_EQ(why("name,lens\n"), "t.csv:1: column 'x_m' is missing; the first line must name name, x_m");
   EXPECT_EQ(why("#\nname,x_m\nA,1,2\n"), "t.csv:3: 3 values, the first line names 2 columns");
-  EXPECT_EQ(why("name,x_m\n\"A\",1\n"), "t.csv:2: quoted values are not read; leave the quotes out");
+  for (const char* row : {"\"A,1", "\"A\"B,1", "\"A\"\",1", "\"", "A,\"1"})
+    EXPECT_EQ(why(std::string("name,x_m\n") + row + "\n"),
+              "t.csv:2: a value in quotes does not end, or something stands behind it")
+        << row;
+  EXPECT_EQ(why(std::string_view("\xFF\xFEn\0a\0", 6)), "t.csv:1: the text is UTF-16; save it as UTF-8");
 }
 
 TEST(CsvTable, RefusesWhatIsNoNumber) {
@@ -57,7 +63,10 @@ TEST(CsvTable, RefusesWhatIsNoNumber) {
     EXPECT_EQ(value.error().message, std::string("t.csv:3: x_m is '") + word + "', not a number");
     EXPECT_EQ(value.error().code, ErrorCode::Malformed);
   }
-  const auto table = parse("name;x_m;count\nA;1,5;-1\n");
+  // A comma may group digits where there are points, or where commas separate values and are therefore quoted.
+  for (const char* text : {"name;x_m\nA;1,500\nB;1.5\n", "name,x_m\nA,\"1,500\"\n", "name;x_m\nA;1,500,000\n"})
+    EXPECT_FALSE(parse(text)->number(0, "x_m").ok()) << text;
+  const auto table = parse("name;x_m;count\nA;1,5;-1\nB;1.5;\n");
   ASSERT_TRUE(table.ok());
   EXPECT_EQ(table->number(0, "x_m").error().message,
             "t.csv:2: x_m is '1,5', not a number; decimals stand behind a point");
@@ -74,6 +83,17 @@ TEST(CsvTable, TheCallerSaysWhatIsWrongWithAColumn) {
             "t.csv:1: column 'x_ft' is in feet; allowed: name, x_m (metres), lens, count");
   EXPECT_EQ(CsvTable::parse("name,y\n", "t.csv", columns).error().message,
             "t.csv:1: column 'y' is unknown; allowed: name, x_m (metres), lens, count");
+}
+
+TEST(CsvTable, NamesKeepTheirSeparatorsInQuotes) {
+  for (const std::string name : {"A", "a, b", "a; b", "he said \"1, 2\"", "\"", ""}) {
+    const auto table = parse("name,x_m\n" + csv_value(name) + ",7\n");
+    ASSERT_TRUE(table.ok()) << name;
+    EXPECT_EQ(table->text(0, "name"), name);
+    EXPECT_EQ(*table->number(0, "x_m"), 7);
+  }
+  EXPECT_EQ(csv_value("A"), "A");
+  EXPECT_EQ(parse("name;x_m\na, b;7\n")->text(0, "name"), "a, b");
 }
 
 /// Any bytes may be handed over as a table. Either they are one, or the error names the line.

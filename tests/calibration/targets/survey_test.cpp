@@ -34,9 +34,11 @@ TEST(Survey, RefusesWithFileLineAndRemedy) {
             "targets.csv:1: column 'up_m' is missing; the first line must name name, east_m, north_m, up_m");
   EXPECT_NE(why("name,east_ft,north_ft,up_ft\n").find("not in metres"), std::string::npos);
   EXPECT_NE(why("name,east,north,up\n").find("does not say its unit"), std::string::npos);
+  EXPECT_NE(why("name,easting_m,northing_m,up_m\n").find("column 'easting_m' is unknown; name it east_m;"),
+            std::string::npos);
   EXPECT_NE(why("name,x,y,z\n").find("which axis"), std::string::npos);
   EXPECT_NE(why("name,lat,lon,up_m\n").find("is an angle"), std::string::npos);
-  EXPECT_EQ(why("name;east_m;north_m;up_m\nT1;1,5;2;3\n"),
+  EXPECT_EQ(why("name;east_m;north_m;up_m\nT1;1,5;2;3\nT2;9.5;2;3\n"),
             "targets.csv:2: east_m is '1,5', not a number; decimals stand behind a point");
   EXPECT_EQ(why("name,height\n"),
             "targets.csv:1: column 'height' is unknown; allowed: name, east_m, north_m, up_m, sigma_m, radius_m, role, "
