@@ -17,6 +17,10 @@ namespace {
 /// their marks.
 constexpr nanoseconds kExposureLate{5'000'000'000};
 
+/// A panorama whose time differs more from that of the drive's exposure is of another drive, or of a recording whose
+/// exposures are numbered from elsewhere. The strobe delay of another rig moves it by less.
+constexpr nanoseconds kSameExposure{20'000'000};
+
 }  // namespace
 
 std::string ObjectMeasuring::Config::validate() const {
@@ -30,7 +34,7 @@ std::string ObjectMeasuring::Config::validate() const {
 }
 
 ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config,
-                                 const std::map<std::uint32_t, fusion::PanoramaView>& panoramas)
+                                 const std::map<std::uint32_t, ListedPanorama>& panoramas)
     : rig_(rig), config_(config), panorama_(rig.geometry.head) {
   for (const ObjectPick& pick : picks) {
     Looking looking;
@@ -42,22 +46,27 @@ ObjectMeasuring::ObjectMeasuring(const config::Rig& rig, const std::vector<Objec
 }
 
 /// From the pixel to a lens and a direction in it.
-void ObjectMeasuring::aim(Looking& looking, const std::map<std::uint32_t, fusion::PanoramaView>& panoramas) const {
+void ObjectMeasuring::aim(Looking& looking, const std::map<std::uint32_t, ListedPanorama>& panoramas) const {
   const ObjectPick& pick = looking.outcome.pick;
   const auto& head = rig_.geometry.head;
   const auto made = panoramas.find(pick.exposure);
-  const auto& shape = made == panoramas.end() ? head.panorama : made->second.shape;
+  const auto& shape = made == panoramas.end() ? head.panorama : made->second.view.shape;
+  looking.outcome.lens_pixel = pick.pixel;
   fusion::LensPixel at{0, pick.pixel};
   double pixel_rad = std::numbers::pi / shape.height;
   if (pick.lens.empty()) {
+    if (!panoramas.empty() && made == panoramas.end()) {
+      looking.why_not = fmt::format("the table of panoramas has no exposure {}", pick.exposure);
+      return;
+    }
     if (!(pick.pixel.x() >= -0.5 && pick.pixel.x() < shape.width - 0.5 && pick.pixel.y() >= -0.5 &&
           pick.pixel.y() < shape.height - 0.5)) {
       looking.why_not = fmt::format("the pixel lies outside the panorama of {} x {}", shape.width, shape.height);
       return;
     }
     if (made != panoramas.end()) {
-      looking.outcome.lens_pixel = pick.pixel;
-      looking.direction_lens = made->second.R_head_view * fusion::Panorama(shape).direction_of(pick.pixel).xyz;
+      looking.drawn = made->second.time;
+      looking.direction_lens = made->second.view.R_head_view * fusion::Panorama(shape).direction_of(pick.pixel).xyz;
       looking.ray.sigma = std::hypot(config_.pick_sigma_px * pixel_rad, config_.turn_sigma_deg * kRadPerDeg);
       return;
     }
@@ -110,6 +119,13 @@ void ObjectMeasuring::on_settled_exposure(const Exposure& exposure, const fusion
     const fusion::LensMount* lens = looking.lens < 0 ? nullptr : &head.lenses[static_cast<std::size_t>(looking.lens)];
     if (exposure.timing == ExposureTiming::Unmatched) {
       looking.why_not = "nothing tells when that exposure was";
+    } else if (looking.drawn && abs(*looking.drawn - exposure.exposure_mid) > kSameExposure) {
+      looking.why_not = fmt::format(
+          "the panorama was taken at GPS time {:.3f} s and exposure {} of this drive at {:.3f} s: the table of "
+          "panoramas "
+          "belongs to another drive",
+          static_cast<double>(count_ns(*looking.drawn)) * 1e-9, exposure.index,
+          static_cast<double>(count_ns(exposure.exposure_mid)) * 1e-9);
     } else if (!pose.pose) {
       looking.why_not = fmt::format("no pose for the exposure: {}", fusion::name(pose.reason));
     } else if (lens && lens->camera != exposure.camera) {

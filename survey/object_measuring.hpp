@@ -9,9 +9,9 @@
 #include "config/rig.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
-#include "fusion/panorama_renderer.hpp"
 #include "runtime/products.hpp"
 #include "survey/object_picks.hpp"
+#include "survey/panorama_table.hpp"
 
 namespace hueline::survey {
 
@@ -19,7 +19,7 @@ namespace hueline::survey {
 struct PickOutcome {
   ObjectPick pick;
   std::string lens;  ///< name of the lens; for a pick in the panorama, the lens that its pixel comes from
-  Eigen::Vector2d lens_pixel = Eigen::Vector2d::Zero();  ///< the pick in the image of that lens
+  Eigen::Vector2d lens_pixel = Eigen::Vector2d::Zero();  ///< the pick in the image of that lens; no lens: as picked
   std::optional<GpsTime> exposed;                   ///< middle of the exposure; empty: the drive has no such exposure
   Result<fusion::MeasuredObject> object = Error{};  ///< in the Enu frame of the drive, or why there is none
 };
@@ -38,10 +38,11 @@ class ObjectMeasuring : public runtime::ProductSink {
     std::string validate() const;
   };
   /// `config.validate()` must be empty. `rig` must outlive the object. Picks without a lens are pixels of the panorama
-  /// of their exposure in `panoramas`, which shows what the centre of the head sees. An exposure that is not there has
-  /// the rig's panorama, whose pixels come from the lenses through the stitching sphere.
+  /// of their exposure in `panoramas`, which shows what the centre of the head sees; they are not measured if it is not
+  /// there, or if it is of another time than the drive's exposure. Without any panoramas they are pixels of the rig's
+  /// panorama, which come from the lenses through the stitching sphere.
   ObjectMeasuring(const config::Rig& rig, const std::vector<ObjectPick>& picks, const Config& config,
-                  const std::map<std::uint32_t, fusion::PanoramaView>& panoramas = {});
+                  const std::map<std::uint32_t, ListedPanorama>& panoramas = {});
 
   void on_origin(const Geodetic& origin) override { origin_ = origin; }
   void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
@@ -58,6 +59,7 @@ class ObjectMeasuring : public runtime::ProductSink {
     std::string why_not;                                        ///< empty so far as it can be measured
     int lens = -1;                                              ///< -1: the ray begins at the centre of the head
     Eigen::Vector3d direction_lens = Eigen::Vector3d::UnitZ();  ///< in the lens, or in the head
+    std::optional<GpsTime> drawn;  ///< of a pick in a listed panorama: the time of that panorama
     fusion::PickedRay ray;
     std::vector<fusion::SurfacePoint> points;
   };
@@ -71,7 +73,7 @@ class ObjectMeasuring : public runtime::ProductSink {
     Eigen::Vector3d p_enu, from_enu;  // the point; the scanner that fired
     float sigma_m;
   };
-  void aim(Looking& looking, const std::map<std::uint32_t, fusion::PanoramaView>& panoramas) const;
+  void aim(Looking& looking, const std::map<std::uint32_t, ListedPanorama>& panoramas) const;
   void look(const Shot& shot, const Held& point);
 
   const config::Rig& rig_;

@@ -63,8 +63,7 @@ std::string panorama_table_line(const DrivePanorama& one, const std::string& nam
       place.z(), one.is_level ? 1 : 0);
 }
 
-Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const std::string& text,
-                                                                           const std::string& file) {
+Result<std::map<std::uint32_t, ListedPanorama>> parse_panorama_table(const std::string& text, const std::string& file) {
   CsvTable::Columns columns{.needed = {"exposure", "width_px", "height_px", "forward_px", "clockwise", "q_head_view_w",
                                        "q_head_view_x", "q_head_view_y", "q_head_view_z"},
                             .allowed = {},
@@ -75,7 +74,7 @@ Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const
       columns.allowed.push_back(column);
   const auto table = CsvTable::parse(text, file, columns);
   if (!table.ok()) return table.error();
-  std::map<std::uint32_t, fusion::PanoramaView> out;
+  std::map<std::uint32_t, ListedPanorama> out;
   for (std::size_t row = 0; row < table->rows(); ++row) {
     std::array<std::uint32_t, 4> whole;
     for (std::size_t i = 0; const char* column : {"exposure", "width_px", "height_px", "clockwise"}) {
@@ -90,7 +89,11 @@ Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const
       if (!value.ok()) return value.error();
       numbers[i++] = *value;
     }
-    fusion::PanoramaView view;
+    const auto gps_s = table->optional_number(row, "gps_s");
+    if (!gps_s.ok()) return gps_s.error();
+    ListedPanorama listed;
+    if (*gps_s) listed.time = gps_time_ns(std::llround(**gps_s * 1e9));
+    fusion::PanoramaView& view = listed.view;
     view.shape.width = whole[1];
     view.shape.height = whole[2];
     view.shape.is_clockwise = whole[3] != 0;
@@ -100,7 +103,7 @@ Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const
       return table->refuse(row, "q_head_view_w, _x, _y, _z are no rotation: the sum of their squares is not 1");
     if (whole[1] == 0 || whole[1] != 2 * whole[2]) return table->refuse(row, "width_px is not twice height_px");
     view.R_head_view.normalize();
-    if (!out.emplace(whole[0], view).second)
+    if (!out.emplace(whole[0], listed).second)
       return table->refuse(row, fmt::format("exposure {} is there twice", whole[0]));
   }
   return out;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/result.hpp"
@@ -17,9 +18,14 @@ std::string panorama_table_head();
 /// m.
 std::string panorama_table_line(const DrivePanorama& panorama, const std::string& name, const Eigen::Vector3d& place);
 
-/// Reads from the table how each panorama, by its exposure, is drawn: its size, and how it is turned against the head.
-/// `file` is the name of the table in messages. Errors: Malformed, with the line.
-Result<std::map<std::uint32_t, fusion::PanoramaView>> parse_panorama_table(const std::string& text,
-                                                                           const std::string& file);
+/// A panorama of the table.
+struct ListedPanorama {
+  fusion::PanoramaView view;    ///< its size, and how it is turned against the head
+  std::optional<GpsTime> time;  ///< middle of its exposure; empty: the table does not say it
+};
+
+/// Reads how each panorama, by its exposure, is drawn. `file` is the name of the table in messages. Errors: Malformed,
+/// with the line.
+Result<std::map<std::uint32_t, ListedPanorama>> parse_panorama_table(const std::string& text, const std::string& file);
 
 }  // namespace hueline::survey

@@ -74,7 +74,7 @@ int measure(const MeasureOptions& options) {
     log_error(picks.error().message);
     return kInputUnreadable;
   }
-  std::map<std::uint32_t, fusion::PanoramaView> panoramas;
+  std::map<std::uint32_t, survey::ListedPanorama> panoramas;
   if (!options.panoramas.empty()) {
     const auto table_text = read_input(options.panoramas, kMostTable, "a table");
     if (!table_text.ok()) throw config::ConfigError(table_text.error().message);

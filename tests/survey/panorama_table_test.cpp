@@ -31,7 +31,8 @@ TEST(PanoramaTable, GivesBackHowPanoramasAreDrawn) {
       parse_panorama_table(panorama_table_head() + line_of(sample(), "a.jpg") + line_of(second, "b.jpg"), "t.csv");
   ASSERT_TRUE(read.ok()) << read.error().message;
   ASSERT_EQ(read->size(), 2u);
-  const fusion::PanoramaView& view = read->at(12);
+  EXPECT_LT(abs(*read->at(12).time - sample().time), nanoseconds(1000));
+  const fusion::PanoramaView& view = read->at(12).view;
   EXPECT_EQ(view.shape.width, 4096u);
   EXPECT_EQ(view.shape.height, 2048u);
   EXPECT_DOUBLE_EQ(view.shape.forward(), 100.25);

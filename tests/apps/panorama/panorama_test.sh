@@ -73,6 +73,17 @@ for folder in big tilted; do
       END {exit near < 6}' by_lens.csv by_table.csv || { cp by_table.csv said.txt; fail "$folder/$table.csv leads to other places"; }
   done
 done
+# Picks in a panorama that is not in the table, or that is of another time, are not measured as if they were of the drive.
+ends 5 measure --picks in_panorama.csv --panoramas some/panoramas.csv --out none.csv # smaller pictures
+awk -F, -v OFS=, 'NR == 2 {$3 += 86400} {print}' big/panoramas.csv >yesterday.csv
+ends 5 measure --picks in_panorama.csv --panoramas yesterday.csv --out none.csv
+grep -q "exposure 5 of this drive at [0-9.]* s: the table of panoramas belongs to another drive" none.csv || fail "measured with another drive's table"
+sed 's/,5,/,4,/' big/panoramas.csv >four.csv
+ends 5 measure --picks in_panorama.csv --panoramas four.csv --out none.csv
+grep -q "the table of panoramas has no exposure 5" none.csv || fail "measured in a panorama that is not listed"
+printf 'name;exposure;u_px;v_px\ncover, left;5;4096,5;7\n' >beside.csv
+ends 5 measure --picks beside.csv --panoramas big/panoramas.csv --out none.csv
+grep -q "^\"cover, left\",5,,4096.500,7.000,.*outside the panorama" none.csv || fail "a pixel outside is not given back: $(tail -1 none.csv)"
 sed 's/,4096,2048,/,4096,1000,/' big/panoramas.csv >odd.csv
 ends 3 measure --picks in_panorama.csv --panoramas odd.csv
 says "odd.csv:2: width_px is not twice height_px"
