@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -80,17 +81,38 @@ class Kml : public TrajectoryFile {
   void begin(std::string& out) override {
     out += fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><name>{0}"
-        "</name>\n<Placemark><name>{0}</name><LineString><tessellate>1</tessellate><coordinates>\n",
+        "</name>\n",
         name_);
+    begin_line(out);
   }
   void put(const TrajectoryRow& row, std::string& out) override {
-    out += fmt::format("{:.9f},{:.9f}\n", row.position.longitude / kDegree, row.position.latitude / kDegree);
+    const double longitude = row.position.longitude / kDegree, latitude = row.position.latitude / kDegree;
+    // Programs draw a line from 180 to -180 degrees around the earth, so it is cut at the date line.
+    if (!is_first() && std::abs(longitude - longitude_) > 180) {
+      const double edge = longitude_ > 0 ? 180 : -180, before = std::abs(edge - longitude_),
+                   after = std::abs(edge + longitude), share = before + after > 0 ? before / (before + after) : 0;
+      const double at = latitude_ + share * (latitude - latitude_);
+      out += fmt::format("{:.9f},{:.9f}\n", edge, at);
+      end_line(out);
+      begin_line(out);
+      out += fmt::format("{:.9f},{:.9f}\n", -edge, at);
+    }
+    out += fmt::format("{:.9f},{:.9f}\n", longitude, latitude);
+    longitude_ = longitude;
+    latitude_ = latitude;
   }
   Status end(std::string& out) override {
-    out += "</coordinates></LineString></Placemark>\n</Document></kml>\n";
+    end_line(out);
+    out += "</Document></kml>\n";
     return {};
   }
+  void begin_line(std::string& out) const {
+    out += fmt::format("<Placemark><name>{}</name><LineString><tessellate>1</tessellate><coordinates>\n", name_);
+  }
+  static void end_line(std::string& out) { out += "</coordinates></LineString></Placemark>\n"; }
+
   std::string name_;
+  double longitude_ = 0, latitude_ = 0;  // of the row before, in degrees
 };
 
 /// One Feature for each row, so that each has its time and attitude and nothing has to be held until the end.

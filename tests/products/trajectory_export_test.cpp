@@ -172,6 +172,26 @@ TEST(TrajectoryFile, TextFilesHaveEveryRow) {
   EXPECT_NEAR(place[2].get<double>(), rows[150].position.ellipsoidal_height, 1e-3);
 }
 
+/// Programs draw a line from 180 to -180 degrees around the whole earth.
+TEST(TrajectoryFile, LinesOfKmlEndAtTheDateLine) {
+  const TemporaryFolder folder;
+  auto rows = rows_of(0.03, {});
+  ASSERT_EQ(rows.size(), 4u);
+  const double places[][2]{{179.98, -17}, {179.99, -17}, {-179.97, -17.0004}, {179.96, -17}};
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].position = {places[i][1] * kDegree, places[i][0] * kDegree, 3};
+  write(folder / "drive.kml", rows);
+  std::string text = contents(folder / "drive.kml");
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; (at = text.find("<coordinates>\n", at)) != std::string::npos;) {
+    at += 14;
+    lines.push_back(text.substr(at, text.find("</coordinates>", at) - at));
+  }
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0], "179.980000000,-17.000000000\n179.990000000,-17.000000000\n180.000000000,-17.000100000\n");
+  EXPECT_EQ(lines[1], "-180.000000000,-17.000100000\n-179.970000000,-17.000400000\n-180.000000000,-17.000228571\n");
+  EXPECT_EQ(lines[2], "180.000000000,-17.000228571\n179.960000000,-17.000000000\n");
+}
+
 TEST(TrajectoryFile, SaysWhichEndingsThereAre) {
   const TemporaryFolder folder;
   const auto file = TrajectoryFile::create(folder / "drive.txt", "drive");
