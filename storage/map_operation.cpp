@@ -123,7 +123,8 @@ std::optional<TransverseMercator::Parameters> transverse_mercator_of(PJ_CONTEXT*
 
 int utm_epsg(const Geodetic& place) {
   const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
-  int zone = static_cast<int>(std::floor((longitude + 180) / 6)) % 60 + 1;
+  // A longitude that was rounded may lie beyond the antimeridian, on either side.
+  int zone = (static_cast<int>(std::floor((longitude + 180) / 6)) + 60) % 60 + 1;
   if (latitude >= 56 && latitude < 64 && longitude >= 3 && longitude < 12) zone = 32;
   if (latitude >= 72 && latitude < 84 && longitude >= 0 && longitude < 42)
     zone = longitude < 9 ? 31 : longitude < 21 ? 33 : longitude < 33 ? 35 : 37;

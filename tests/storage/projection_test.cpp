@@ -131,6 +131,8 @@ TEST(UtmEpsg, KnowsTheExceptions) {
   EXPECT_EQ(at(78, 15), 32633);
   EXPECT_EQ(at(78, 8), 32631);
   EXPECT_EQ(at(10, 180), 32601);
+  EXPECT_EQ(at(-17, -180 - 1e-12), 32760);
+  EXPECT_EQ(at(-17, 180 + 1e-12), 32701);
 }
 
 }  // namespace
