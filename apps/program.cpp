@@ -1,5 +1,6 @@
 #include "apps/program.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -59,6 +60,8 @@ int run(int argc, char** argv, const std::function<void(Command&)>& add_commands
 
 int run_program(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
   open_standard_streams();
+  // A write into a file that has reached the limit of its size shall return an error instead of ending the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   // Log lines are for people and go to standard error. Standard output stays free for results that programs read.
   set_up_log();
   const int status = run(argc, argv, add_commands);

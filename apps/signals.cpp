@@ -45,8 +45,6 @@ StopSignals::StopSignals() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   // When a peer goes away, write() shall return an error instead of ending the program.
   std::signal(SIGPIPE, SIG_IGN);
-  // The same holds for a file that has reached the limit of its size.
-  std::signal(SIGXFSZ, SIG_IGN);
   watcher_ = std::jthread([this](const std::stop_token& over) { watch(over); });
 }
 

@@ -88,6 +88,8 @@ full() {  # the folder of the drive
 }
 (ulimit -f 8192; ends 4 "$hueline" capture large.yaml --out limit --quiet)
 full limit "File too large"
+(ulimit -f 1000; ends 4 "$hueline" recover limit --out small.mcap)
+says "small.mcap.*File too large"
 mkdir disk
 if [ "$(id -u)" = 0 ] && mount -t tmpfs -o size=8m none disk 2>/dev/null; then
   ends 4 "$hueline" capture large.yaml --out disk/drive --quiet
