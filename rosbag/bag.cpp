@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <string_view>
 #include <system_error>
 
@@ -66,6 +67,15 @@ std::pair<std::string, unsigned long long> numbered(const std::filesystem::path&
   return {stem.substr(0, digits), std::stoull(stem.substr(digits))};
 }
 
+/// Returns whether ROS 1 has split one recording into these files: NAME_0.bag, NAME_1.bag and so on, with a date in the
+/// name that may be each file's own.
+bool are_parts(const std::vector<std::filesystem::path>& files) {
+  std::set<unsigned long long> numbers;
+  for (const auto& path : files)
+    if (const auto [name, number] = numbered(path); name.ends_with('_')) numbers.insert(number);
+  return files.size() == 1 || numbers.size() == files.size();
+}
+
 /// The files of a folder as one recording.
 class FolderBag final : public Bag {
  public:
@@ -127,17 +137,29 @@ class FolderBag final : public Bag {
 
 Result<std::unique_ptr<Bag>> open_folder(const std::filesystem::path& path) {
   constexpr std::size_t kMostFiles = 100'000;
-  std::vector<std::filesystem::path> files;
+  std::vector<std::filesystem::path> files, ros1_files;
   const auto names = list_folder(path);
   if (!names.ok()) return names.error();
   for (const std::string& name : *names) {
-    const bool is_named = name.ends_with(".db3") || name.ends_with(".mcap") || name.ends_with(".db3.zstd") ||
-                          name.ends_with(".mcap.zstd");
-    if (is_named && files.size() < kMostFiles) files.push_back(path / name);
+    // What is unpacked beside the packed file, as zstd -d leaves it, is read instead.
+    const bool is_packed = name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd");
+    const bool is_unpacked_too = is_packed && holds(path, name.substr(0, name.rfind('.')));
+    const bool is_named = is_packed || name.ends_with(".db3") || name.ends_with(".mcap");
+    if (is_named && !is_unpacked_too && files.size() < kMostFiles) files.push_back(path / name);
+    if (name.ends_with(".bag") && ros1_files.size() < kMostFiles) ros1_files.push_back(path / name);
   }
-  if (files.empty())
+  if (files.empty() && ros1_files.empty())
     return Error{ErrorCode::Unsupported,
-                 path.string() + " is a folder without a recording: no file in it ends with .db3 or .mcap"};
+                 path.string() + " is a folder without a recording: no file in it ends with .db3, .mcap or .bag"};
+  if (files.empty()) {
+    // ROS 1 does not make a folder of each recording, so several may lie in one.
+    if (!are_parts(ros1_files))
+      return Error{ErrorCode::Unsupported,
+                   path.string() +
+                       " has several recordings of ROS 1: name one of them. They are read as the parts of "
+                       "one if their names end with _0.bag, _1.bag and so on"};
+    files = std::move(ros1_files);
+  }
   std::ranges::sort(files, {}, numbered);
   auto first = open_file(files.front());
   if (!first.ok()) return first.error();

@@ -50,9 +50,10 @@ class Bag {
   virtual Result<BagMessage> next() = 0;
 };
 
-/// Opens a recording: MCAP, SQLite (.db3, both of ROS 2's rosbag2), ROS 1's .bag (version 2.0), or a folder of rosbag2
-/// with several files, which are read in the order of their numbers. Chunks and messages may be compressed (zstd, lz4,
-/// bz2). Errors: those of InputFile; Unsupported if it is none of these, with the reason; Malformed, Truncated.
+/// Opens a recording: MCAP, SQLite (.db3, both of ROS 2's rosbag2), ROS 1's .bag (version 2.0), or a folder with the
+/// files of one recording, which are read in the order of their names and numbers. Chunks and messages may be
+/// compressed (zstd, lz4, bz2). Errors: those of InputFile; Unsupported if it is none of these, with the reason;
+/// Malformed, Truncated.
 Result<std::unique_ptr<Bag>> open_bag(const std::filesystem::path& path);
 
 /// Returns whether `path` looks like a recording that open_bag() reads and that is not one of hueline's own.

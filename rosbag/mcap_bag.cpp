@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "rosbag/bag.hpp"
+#include "rosbag/packed_message.hpp"
 #include "storage/journal_header.hpp"
 #include "storage/mcap_reader.hpp"
 
@@ -18,8 +19,14 @@ class McapBag final : public Bag {
     if (!message.ok()) return message.error();
     const auto topic = topic_of(message->channel);
     if (!topic) return Error{ErrorCode::Malformed, "a message of one topic too many was skipped"};
-    return BagMessage{*topic, UnixTime(nanoseconds(static_cast<std::int64_t>(message->log_time))),
-                      std::move(message->data)};
+    const UnixTime received(nanoseconds(static_cast<std::int64_t>(message->log_time)));
+    if (topics_.all()[*topic].encoding != drivers::RosEncoding::Cdr || !is_packed(message->data.bytes()))
+      return BagMessage{*topic, received, std::move(message->data)};
+    auto whole = unpacked(message->data.bytes());
+    if (!whole.ok())
+      return Error{ErrorCode::Malformed,
+                   "a message of " + topics_.all()[*topic].name + ": " + whole.error().message + "; it is skipped"};
+    return BagMessage{*topic, received, std::move(*whole)};
   }
 
  private:

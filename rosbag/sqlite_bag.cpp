@@ -1,5 +1,4 @@
 #include <sqlite3.h>
-#include <zstd.h>
 
 #include <algorithm>
 #include <array>
@@ -11,13 +10,10 @@
 
 #include "core/input_file.hpp"
 #include "rosbag/bag.hpp"
-#include "storage/compression.hpp"
+#include "rosbag/packed_message.hpp"
 
 namespace hueline::rosbag {
 namespace {
-
-/// The largest message that is read. An image of a hundred million pixels with three colours takes half of it.
-constexpr std::uint64_t kLargestMessage = 512u << 20;
 
 struct CloseDatabase {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
@@ -51,16 +47,6 @@ std::string column_text(sqlite3_stmt* row, int column) {
   return text ? std::string(text, static_cast<std::size_t>(sqlite3_column_bytes(row, column))) : std::string();
 }
 
-/// Unpacks a message that rosbag2 compressed by itself. Errors: Malformed.
-Result<Buffer> unpacked(std::span<const std::byte> packed) {
-  const auto size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > kLargestMessage)
-    return Error{ErrorCode::Malformed, "a compressed message does not say its size, or a size that is too large"};
-  MutableBuffer out = BufferPool(std::numeric_limits<std::size_t>::max() / 2).acquire(static_cast<std::size_t>(size));
-  if (Status done = storage::decompress("zstd", packed, out.bytes()); !done.ok()) return done.error();
-  return std::move(out).share();
-}
-
 /// Checks that the file is as long as it says: SQLite takes pages behind the end for zeros, and the messages in them
 /// would be wrong without a word. Source: the SQLite database file format, 1.3.
 Status check_length(const InputFile& file) {
@@ -78,11 +64,6 @@ Status check_length(const InputFile& file) {
                                          " bytes of " + std::to_string(page * pages) +
                                          ". What is whole can be saved with: sqlite3 " + file.path().string() +
                                          " .recover | sqlite3 whole.db3"};
-}
-
-bool is_packed(std::span<const std::byte> message) {
-  constexpr unsigned char kPackedMagic[4] = {0x28, 0xB5, 0x2F, 0xFD};  // of Zstandard; a CDR message begins with 0
-  return message.size() > 4 && std::memcmp(message.data(), kPackedMagic, 4) == 0;
 }
 
 /// rosbag2's SQLite storage: tables `topics` and `messages`.

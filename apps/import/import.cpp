@@ -67,7 +67,8 @@ int import_recording(const ImportCommandOptions& options) {
 void add_import(Command& all) {
   auto options = std::make_shared<ImportCommandOptions>();
   Command command = all.command("import", "make a drive of a recording of ROS, with a rig file to complete");
-  command.required("RECORDING", options->bag, "MCAP, .db3, a folder of them, or .bag").reads(options->bag);
+  command.required("RECORDING", options->bag, "MCAP, .db3 or .bag, or a folder with the files of one recording")
+      .reads(options->bag);
   command.required("--out", options->out, "folder of the drive").writes_into(options->out);
   command.option("--origin", options->origin,
                  "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");

@@ -131,6 +131,35 @@ TEST(Bag, AMessageThatWasCompressedAloneIsUnpacked) {
   }
   test::write_sqlite(folder / "packed.db3", packed);
   expect_sample(read_all(folder / "packed.db3"));
+  test::write_mcap(folder / "packed.mcap", packed, storage::Compression::None);
+  expect_sample(read_all(folder / "packed.mcap"));
+}
+
+TEST(Bag, ReadsAPackedFileOfAFolderWhereItIsUnpacked) {
+  const test::TemporaryFolder folder;
+  test::write_mcap(folder / "drive_0.mcap", sample(), storage::Compression::None);
+  test::write_file(folder / "drive_0.mcap.zstd", "\x28\xB5\x2F\xFD and more bytes");
+  const Read read = read_all(folder.path());
+  EXPECT_EQ(read.end, ErrorCode::EndOfData);
+  expect_sample(read);
+}
+
+TEST(Bag, TheFilesIntoWhichRos1SplitARecordingAreOne) {
+  const test::TemporaryFolder folder;
+  const auto all = sample();
+  const auto as_it_is = [](const std::string& s) { return s; };
+  for (int i = 0; i < 7; ++i) {
+    const std::string name = "drive_2024-05-01-10-0" + std::to_string(i) + "-00_" + std::to_string(i) + ".bag";
+    test::write_file(folder / name, test::ros1_bag({all[static_cast<std::size_t>(i)]}, "none", as_it_is));
+  }
+  EXPECT_TRUE(rosbag::is_bag(folder.path()));
+  expect_sample(read_all(folder.path()));
+  // Two recordings of a day are not one.
+  test::write_file(folder / "other_2024-05-01-12-00-00_0.bag", test::ros1_bag(all, "none", as_it_is));
+  const auto both = rosbag::open_bag(folder.path());
+  ASSERT_FALSE(both.ok());
+  EXPECT_NE(both.error().message.find("has several recordings of ROS 1: name one of them"), std::string::npos);
+  EXPECT_FALSE(rosbag::is_bag(folder.path()));
 }
 
 TEST(Bag, ACutFileGivesWhatIsWholeAndSaysSo) {
