@@ -6,6 +6,7 @@
 
 #include "apps/import/image_message.hpp"
 #include "core/calendar.hpp"
+#include "core/printable.hpp"
 #include "drivers/ros/ros_datagrams.hpp"
 
 namespace hueline::apps {
@@ -35,6 +36,8 @@ class CloudSurvey {
     last_ = stamp;
     out.frame = without_slash(cloud->header.frame);
     out.points = std::max(out.points, cloud->size());
+    if (out.fields.empty())
+      for (const auto& field : cloud->fields) out.fields += (out.fields.empty() ? "" : ", ") + printable(field.name);
     // The second cloud says how long a turn is.
     if ((!out.config || seen_ == 2) && drivers::recognise_times(*cloud, {}))
       out.config = drivers::RosCloudDecoder::suited(topic.type, topic.encoding, *cloud,

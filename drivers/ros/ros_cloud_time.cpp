@@ -11,9 +11,22 @@
 namespace hueline::drivers {
 namespace {
 
-/// Names of fields of times that drivers use, small and without _.
-constexpr std::array<std::string_view, 10> kNames{"t",         "time",      "timestamp",    "offsettime", "timeoffset",
-                                                  "timedelta", "deltatime", "relativetime", "stamp",      "ts"};
+/// Names of fields of times that drivers use, small and without _. A unit may follow: time_offset_ns.
+constexpr std::array<std::string_view, 12> kNames{
+    "t",         "time",      "timestamp",    "offsettime", "timeoffset", "timestampoffset",
+    "timedelta", "deltatime", "relativetime", "stamp",      "ts",         "relativetimestamp"};
+struct UnitWord {
+  std::string_view word;
+  RosTimeUnit unit;
+};
+constexpr std::array<UnitWord, 8> kUnitWords{{{"ns", RosTimeUnit::Nanosecond},
+                                              {"nsec", RosTimeUnit::Nanosecond},
+                                              {"us", RosTimeUnit::Microsecond},
+                                              {"usec", RosTimeUnit::Microsecond},
+                                              {"ms", RosTimeUnit::Millisecond},
+                                              {"msec", RosTimeUnit::Millisecond},
+                                              {"s", RosTimeUnit::Second},
+                                              {"sec", RosTimeUnit::Second}}};
 constexpr std::array<RosTimeUnit, 4> kUnits{RosTimeUnit::Second, RosTimeUnit::Millisecond, RosTimeUnit::Microsecond,
                                             RosTimeUnit::Nanosecond};
 /// What the points of one message span, s.
@@ -79,15 +92,27 @@ Extent extent_of(const RosCloud& cloud, const RosField& field) {
   return out;
 }
 
+/// Returns whether a field has one of the names of times, with or without a unit behind it.
+bool is_named(const RosField& field, std::string_view name) {
+  const std::string its = plain(field.name);
+  if (!its.starts_with(name)) return false;
+  const std::string_view rest = std::string_view(its).substr(name.size());
+  return rest.empty() || std::ranges::find(kUnitWords, rest, &UnitWord::word) != kUnitWords.end();
+}
+
 /// Returns the first field of times whose values differ.
 const RosField* find_times(const RosCloud& cloud) {
   for (const std::string_view name : kNames)
     for (const RosField& field : cloud.fields)
-      if (plain(field.name) == name && extent_of(cloud, field).span() > 0) return &field;
+      if (is_named(field, name) && extent_of(cloud, field).span() > 0) return &field;
   return nullptr;
 }
 
 RosTimeUnit unit_of(const RosField& field, const Extent& extent) {
+  const auto last = field.name.rfind('_');
+  const std::string word = last == std::string::npos ? std::string() : plain(field.name.substr(last));
+  if (const auto* named = std::ranges::find(kUnitWords, word, &UnitWord::word); named != kUnitWords.end())
+    return named->unit;
   for (const RosTimeUnit unit : kUnits)
     if (is_plausible(extent.span() * seconds_of(unit))) return unit;
   return is_whole(field) ? RosTimeUnit::Nanosecond : RosTimeUnit::Second;
@@ -95,8 +120,13 @@ RosTimeUnit unit_of(const RosField& field, const Extent& extent) {
 
 RosTimeZero zero_of(const RosCloud& cloud, const Extent& extent, double unit_s) {
   const double largest = std::max(std::abs(extent.min), std::abs(extent.max)) * unit_s;
-  if (cloud.time_base || largest <= kLongest_s) return RosTimeZero::Stamp;
   const double stamp = to_seconds(cloud.header.stamp.time_since_epoch());
+  // A Livox that nothing synchronises counts from when it was switched on, and header.stamp is the computer's.
+  if (cloud.time_base && count_ns(cloud.header.stamp) != 0) {
+    const double base = to_seconds(cloud.time_base->time_since_epoch());
+    return std::abs(base - stamp) <= kFarthest_s ? RosTimeZero::Stamp : RosTimeZero::First;
+  }
+  if (cloud.time_base || largest <= kLongest_s) return RosTimeZero::Stamp;
   return std::abs(extent.max * unit_s - stamp) <= kFarthest_s ? RosTimeZero::Date : RosTimeZero::First;
 }
 
@@ -147,7 +177,7 @@ Result<std::vector<RosPoint>> timed_points(const RosCloud& cloud, const RosTimeR
   const auto second = std::chrono::floor<std::chrono::seconds>(stamp);
   const double unit = seconds_of(rule.unit);
   double zero = rule.zero == RosTimeZero::Date ? static_cast<double>(second.count()) / unit : 0;
-  if (field && rule.zero == RosTimeZero::First) zero = extent_of(cloud, *field).min;
+  if (field && rule.zero == RosTimeZero::First && !cloud.time_base) zero = extent_of(cloud, *field).min;
   const nanoseconds shift = rule.zero == RosTimeZero::Date ? second - stamp
                             : rule.zero == RosTimeZero::Stamp && cloud.time_base
                                 ? cloud.time_base->time_since_epoch() - stamp

@@ -18,7 +18,7 @@ enum class RosTimeZero : std::uint8_t {
   Auto,
   Stamp,  ///< to header.stamp (velodyne_pointcloud, ouster-ros); a Livox's to its `timebase`
   Date,   ///< they are times since 1970 on the clock of header.stamp (hesai_ros_driver, rslidar_sdk)
-  First,  ///< a clock of their own: header.stamp is taken for the first point's
+  First,  ///< a clock of their own: header.stamp is taken for the first point's, of a Livox for its `timebase`
 };
 
 /// How the points of a topic's clouds are timed.
@@ -32,13 +32,13 @@ struct RosTimeRule {
 std::string in_words(const RosTimeRule& rule);
 
 /// Completes `known` from a cloud with points.
-/// - The field is the first of t, time, timestamp, time_stamp, offset_time, ... (case and _ do not matter) whose values
-///   differ between points.
-/// - The unit is the one in which the points span 2 ms to 2 s, as a turn of a scanner or a frame of it does. If none
-///   does, it is s for floating point and ns for whole numbers.
+/// - The field is the first of t, time, timestamp, time_stamp, offset_time, ... (case, _ and a unit at the end do not
+///   matter) whose values differ between points.
+/// - The unit is the one behind the last _ of its name (time_offset_ns), or that in which the points span 2 ms to 2 s,
+///   as a turn of a scanner or a frame of it does. If none does, it is s for floating point and ns for whole numbers.
 /// - Values of at most 2 s count to header.stamp. Values within 10 s of header.stamp are dates. Others are of a clock
 /// of
-///   their own.
+///   their own, as are those of a Livox whose `timebase` is more than 10 s from header.stamp.
 /// Returns nothing for a cloud in which no two points have a return.
 std::optional<RosTimeRule> recognise_times(const RosCloud& cloud, RosTimeRule known);
 

@@ -203,6 +203,43 @@ TEST(RosCloud, RecognisesUnitAndZeroOfTimes) {
   EXPECT_TRUE(rule_of(dated_cloud(false, 0, 0).bytes(RosEncoding::Cdr), RosEncoding::Cdr).field.empty());
 }
 
+TEST(RosCloud, KnowsTimesWhoseNameEndsWithTheirUnit) {
+  struct Case {
+    const char* field;
+    double second;
+    RosTimeUnit unit;
+  };
+  for (const Case& one : {Case{"time_offset_ns", 1e8, RosTimeUnit::Nanosecond},
+                          {"timestamp_us", 1e5, RosTimeUnit::Microsecond},
+                          {"t_ns", 1e6, RosTimeUnit::Nanosecond},  // 1 ms, by its span 1 s in us
+                          {"relative_timestamp", 0.1, RosTimeUnit::Second}}) {
+    auto cloud = dated_cloud(false, 0, one.second);
+    for (auto& field : cloud.fields)
+      if (field.name == "timestamp") field.name = one.field;
+    const auto rule = rule_of(cloud.bytes(RosEncoding::Cdr), RosEncoding::Cdr);
+    EXPECT_EQ(rule.field, one.field);
+    EXPECT_EQ(rule.unit, one.unit) << one.field;
+  }
+  auto cloud = dated_cloud(false, 0, 0.1);
+  cloud.fields.back().name = "stamps_of_others";
+  EXPECT_TRUE(rule_of(cloud.bytes(RosEncoding::Cdr), RosEncoding::Cdr).field.empty());
+}
+
+TEST(RosCloud, ALivoxThatNothingSynchronisesIsTimedByHeaderStamp) {
+  constexpr std::uint64_t kSwitchedOn_ns = 1'234'567'890'123;  // 20 minutes ago
+  test::RosWriter message(RosEncoding::Cdr);
+  message.header(kStamp_ns, "livox").put(kSwitchedOn_ns).put(std::uint32_t{2}).put(std::uint32_t{0});
+  message.put(std::uint32_t{2});
+  for (std::uint32_t i = 0; i < 2; ++i)
+    message.put(10'000'000 + i * 90'000'000).put(2.f).put(3.f).put(6.f).raw(std::string(3, '\0'));
+  RosCloudDecoder::Config config = config_of(RosEncoding::Cdr);
+  config.message = RosCloudDecoder::Message::Livox;
+  const auto returns = decode({message.bytes()}, config).returns();
+  ASSERT_EQ(returns.size(), 2u);
+  EXPECT_EQ(returns[0].first, kStamp_ns + 10'000'000);
+  EXPECT_EQ(returns[1].first, kStamp_ns + 100'000'000);
+}
+
 TEST(RosCloud, ReadsPointsOfALivoxInBothEncodings) {
   for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr}) {
     test::RosWriter message(encoding);
