@@ -58,6 +58,10 @@ class Surveyor {
  public:
   void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
     const RosReader in(message.data.bytes(), topic.encoding);
+    if (is_imported(topic)) {
+      newest_ = std::max(newest_, message.received);
+      out.disorder = std::max(out.disorder, newest_ - message.received);
+    }
     if (drivers::carries_cloud(topic.type)) return clouds_[topic.name].take(topic, message, out.clouds[topic.name]);
     if (carries_image(topic.type)) return take_camera(topic, message.received, in);
     if (topic.type == "sensor_msgs/CameraInfo") {
@@ -115,6 +119,8 @@ class Surveyor {
       // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
       const nanoseconds delay = received - time;
       if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;
+      if (const UnixTime stamp = RosReader(in).take_header().stamp; count_ns(stamp) != 0)
+        (stamp < to_unix(GpsTime()) ? pose.pace_before_gps : pose.pace).take(stamp, received);
     }
     if (!is_new) return;
     std::string frame = in.take_header().frame;
@@ -124,6 +130,7 @@ class Surveyor {
   }
 
   std::map<std::string, CloudSurvey> clouds_;
+  UnixTime newest_{UnixTime::min()};
 };
 
 }  // namespace
@@ -173,6 +180,23 @@ std::optional<Eigen::Isometry3d> FrameTree::place(const std::string& of, const s
 bool FrameTree::has(const std::string& frame) const {
   return parents_.contains(frame) ||
          std::ranges::any_of(parents_, [&](const auto& one) { return one.second.frame == frame; });
+}
+
+bool is_imported(const rosbag::BagTopic& topic) {
+  return topic.trouble.empty() &&
+         (drivers::carries_cloud(topic.type) || carries_image(topic.type) || drivers::carries_datagrams(topic.type) ||
+          drivers::pose_rank(topic.type) != drivers::RosPoseRank::None);
+}
+
+std::optional<UnixTime> stamp_of(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+  RosReader in(message.data.bytes(), topic.encoding);
+  if (drivers::carries_datagrams(topic.type)) {
+    std::vector<drivers::RosDatagram> datagrams;
+    drivers::take_datagrams(topic.type, in, datagrams);
+    return datagrams.empty() ? std::nullopt : datagrams.front().stamp;
+  }
+  const UnixTime stamp = carries_image(topic.type) ? take_image_header(topic.type, in).stamp : in.take_header().stamp;
+  return in.ok() && count_ns(stamp) != 0 ? std::optional(stamp) : std::nullopt;
 }
 
 Result<BagSurvey> survey_bag(const std::filesystem::path& path) {

@@ -56,7 +56,16 @@ struct BagSurvey {
   std::map<std::string, std::string> frames;   ///< of each scanner's first message with a header, by topic
   std::map<std::string, PoseTopic> poses;      ///< by topic
   FrameTree tree;
+  /// The longest way back from one message to a later one, by the recorder's times, among those that a drive is made
+  /// of.
+  nanoseconds disorder{0};
 };
+
+/// Returns whether packets of a drive may be made of a topic's messages.
+bool is_imported(const rosbag::BagTopic& topic);
+
+/// Returns the stamp of a message of such a topic; nothing: it has none.
+std::optional<UnixTime> stamp_of(const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
 
 /// Reads a recording to its end or its damage.
 Result<BagSurvey> survey_bag(const std::filesystem::path& path);

@@ -16,6 +16,7 @@
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
 #include "drivers/transport/pcap_source.hpp"
+#include "rosbag/ordered_bag.hpp"
 #include "runtime/recording.hpp"
 #include "storage/journal_writer.hpp"
 
@@ -26,6 +27,9 @@ namespace fs = std::filesystem;
 
 /// Scanners are recognised by so many of their packets.
 constexpr std::uint64_t kProbePackets = 4000;
+/// Messages that are farther out of the order of the recorder's times are sorted first: poses wait no longer for each
+/// other (RosPoseJoiner), nor packets (OrderedJournal).
+constexpr nanoseconds kMostDisorder = std::chrono::seconds(1);
 
 /// Recognises the scanner whose first packets are in `pcap`; null: none.
 Result<std::unique_ptr<CaptureDevices>> recognise(const fs::path& pcap) {
@@ -55,14 +59,16 @@ Buffer description_of(const fs::path& pcap, const std::string& metadata) {
   return first.ok() ? first->bytes : Buffer();
 }
 
-/// Returns GPS time minus header.stamp as Unix time, at the first message of the recording. `shift` is added to stamps.
-Result<std::chrono::seconds> offset_of(const std::string& path, nanoseconds shift) {
+/// Returns GPS time minus header.stamp as Unix time, at the first message of the recording, by the clock of the poses.
+Result<std::chrono::seconds> offset_of(const std::string& path, const PoseChoice& pose) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return bag.error();
   const auto first = (*bag)->next();
   UnixTime at = first.ok() ? first->received : UnixTime(std::chrono::seconds(1'700'000'000));
-  if (shift != nanoseconds(0)) at = kSimulatorBegin;  // the recorder's clock may be another one
-  const nanoseconds offset = from_unix(at).time_since_epoch() - at.time_since_epoch() + shift;
+  at -= pose.recorder_ahead();
+  if (pose.is_other_pace && pose.begin > to_unix(GpsTime())) at = pose.begin;
+  if (pose.shift != nanoseconds(0)) at = kSimulatorBegin;  // the recorder's clock may be another one
+  const nanoseconds offset = from_unix(at).time_since_epoch() - at.time_since_epoch() + pose.shift;
   return std::chrono::duration_cast<std::chrono::seconds>(offset);
 }
 
@@ -118,7 +124,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
 
   const auto pose = choose_pose(survey->poses, options.origin.has_value(), options.poses);
   if (!pose.ok()) return pose.error();
-  const auto offset = offset_of(options.bag, pose->shift);
+  const auto offset = offset_of(options.bag, *pose);
   if (!offset.ok()) return offset.error();
 
   ImportedBag out;
@@ -166,6 +172,16 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   Transcriber transcriber(sensors.sensors(), *pose, options.origin, journal);
   auto bag = rosbag::open_bag(options.bag);
   if (!bag.ok()) return bag.error();
+  if (survey->disorder > kMostDisorder || pose->is_other_pace) {
+    const auto time_of = [&](const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+      if (!is_imported(topic)) return std::optional<UnixTime>();
+      const auto stamp = pose->is_other_pace ? stamp_of(topic, message) : std::nullopt;
+      return std::optional(stamp.value_or(message.received));
+    };
+    auto ordered = rosbag::in_order(**bag, probe.folder / "messages", time_of);
+    if (!ordered.ok()) return ordered.error();
+    bag = std::move(ordered);
+  }
   for (;;) {
     const auto message = (*bag)->next();
     if (!message.ok()) {

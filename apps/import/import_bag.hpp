@@ -45,9 +45,10 @@ struct ImportedBag {
 /// - Mountings are those of /tf_static and of what stays the same in /tf, lenses those of sensor_msgs/CameraInfo.
 /// A packet counts as received at the stamp that the driver of ROS gave it, which is on one clock for all topics; the
 /// recorder's time stands in where there is none. Images and clouds whose stamps are of another clock are moved to that
-/// of the poses. Stamps of a simulator are counted from kSimulatorBegin. A cloud counts as received at its last point.
-/// Errors: those of rosbag::open_bag(); Invalid if `clouds` names a topic that has none, or `images` or `poses` one
-/// that cannot be used; Io.
+/// of the poses. Messages that are not in the order of their times are sorted (rosbag::in_order()). Stamps of a
+/// simulator are counted from kSimulatorBegin. A cloud counts as received at its last point. Errors: those of
+/// rosbag::open_bag(); Invalid if `clouds` names a topic that has none, or `images` or `poses` one that cannot be used;
+/// Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 
 }  // namespace hueline::apps

@@ -80,7 +80,12 @@ void ImportRig::add_pose() {
         fmt::format("the stamps of the poses begin {:.3f} s after 1970, so they are those of a simulator. They are "
                     "counted from {}: the dates of the drive are not true, the times within it are",
                     to_seconds(pose_.begin.time_since_epoch()), iso_utc(from_unix(kSimulatorBegin))));
-  else if (pose_.is_by_stamp)
+  if (pose_.is_other_pace)
+    to_do_.push_back(
+        "the recorder's times go on faster or slower than the stamps of the poses, as in a recording that was played "
+        "at "
+        "another speed, or that a program has written. They are not used; all stamps are taken for those of one clock");
+  if (!is_simulated && pose_.is_by_stamp)
     to_do_.push_back(
         "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
@@ -147,11 +152,11 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
   sensor.times = cloud.config->times;
   sensor.stamp_shift = shift_of(name, "points", cloud.delay);
   if (cloud.config->stamp_is_enough)
-    to_do_.push_back(
-        fmt::format("{}: its points have no times of their own. All of a message get header.stamp, with a "
-                    "sigma of {:.0f} ms: see stamp_sigma_us. Its fields are {}: if one is a time, give it as time_field in "
-                    "place of stamp_is_enough",
-                    name, to_seconds(cloud.config->stamp_sigma) * 1e3, cloud.fields));
+    to_do_.push_back(fmt::format(
+        "{}: its points have no times of their own. All of a message get header.stamp, with a "
+        "sigma of {:.0f} ms: see stamp_sigma_us. Its fields are {}: if one is a time, give it as time_field in "
+        "place of stamp_is_enough",
+        name, to_seconds(cloud.config->stamp_sigma) * 1e3, cloud.fields));
   sensor.yaml += keys_of(*cloud.config) + scanner_mounting(name, cloud.frame, Eigen::Isometry3d::Identity());
   became_[topic] = fmt::format("sensor {}: {}", name, in_words(cloud.config->times));
   sensors_.push_back(std::move(sensor));
@@ -159,6 +164,7 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
 
 /// Returns what is to be added to the stamps of a sensor, so that they are on the clock of the poses: 0 if they are.
 nanoseconds ImportRig::shift_of(const std::string& name, const std::string& what, std::optional<nanoseconds> delay) {
+  if (pose_.is_other_pace) return nanoseconds(0);  // the recorder's times tell nothing
   const bool is_pose_apart = pose_.recorder_ahead() != nanoseconds(0);
   const nanoseconds apart = delay.value_or(nanoseconds(0)) - pose_.recorder_ahead();
   if (!delay || std::chrono::abs(apart) <= kSameClock) return nanoseconds(0);

@@ -94,9 +94,26 @@ void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out)
   out.delay = delay.value_or(nanoseconds(0));
   // A few such stamps are of a computer that did not know the time yet, and are told as not used.
   if (out.is_by_stamp && 2 * before_gps > usable) out.shift = kSimulatorBegin.time_since_epoch();
+  out.is_other_pace = std::ranges::any_of(out.topics, [&](const std::string& name) {
+    const PoseTopic& topic = found.at(name);
+    return (out.shift == nanoseconds(0) ? topic.pace : topic.pace_before_gps).is_other();
+  });
 }
 
 }  // namespace
+
+void RecorderPace::take(UnixTime stamp, UnixTime received) {
+  if (!first_stamp) first_stamp = stamp, first_received = received;
+  last_stamp = stamp;
+  last_received = received;
+}
+
+bool RecorderPace::is_other() const {
+  if (!first_stamp) return false;
+  const nanoseconds span = last_stamp - *first_stamp;
+  const nanoseconds apart = std::chrono::abs((last_received - first_received) - span);
+  return apart > kSameClock && apart > std::chrono::abs(span) / 100;
+}
 
 Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
                                const std::vector<std::string>& wanted) {

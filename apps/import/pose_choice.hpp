@@ -11,14 +11,26 @@
 
 namespace hueline::apps {
 
+/// How the recorder's times go on beside the stamps of messages.
+struct RecorderPace {
+  std::optional<UnixTime> first_stamp{};
+  UnixTime first_received{}, last_stamp{}, last_received{};
+  void take(UnixTime stamp, UnixTime received);
+  /// Returns whether the recorder's times go on faster or slower, by more than 2 s and a hundredth: those of a
+  /// recording that was played at another speed, of a simulator that is not as fast as time, or of a program that
+  /// wrote the messages when it had them. Such times do not tell when a message came.
+  bool is_other() const;
+};
+
 /// What a recording's messages of one topic say of the pose.
 struct PoseTopic {
-  std::string type;                    ///< ros_type()
-  std::string frame;                   ///< that they are the pose of, by the first message
-  std::uint64_t usable = 0;            ///< messages that can be used (drivers::pose_time())
-  std::uint64_t before_gps = 0;        ///< those of them whose times lie before the begin of GPS time
-  std::optional<UnixTime> begin{};     ///< the earliest of their times
-  std::optional<nanoseconds> delay{};  ///< from theirs to the recorder's time, where these are nearest
+  std::string type;                        ///< ros_type()
+  std::string frame;                       ///< that they are the pose of, by the first message
+  std::uint64_t usable = 0;                ///< messages that can be used (drivers::pose_time())
+  std::uint64_t before_gps = 0;            ///< those of them whose times lie before the begin of GPS time
+  std::optional<UnixTime> begin{};         ///< the earliest of their times
+  std::optional<nanoseconds> delay{};      ///< from theirs to the recorder's time, where these are nearest
+  RecorderPace pace{}, pace_before_gps{};  ///< by header.stamp; of those before the begin of GPS time by themselves
 };
 
 /// The date from which the stamps of a simulator are counted, which begin at 0: 2020-01-01T00:00:00Z. Receivers cannot
@@ -38,12 +50,15 @@ struct PoseChoice {
   bool is_by_stamp = false;                     ///< the times of the poses are header.stamp
   UnixTime begin{};                             ///< the earliest of them
   nanoseconds delay{0};                         ///< from the time of a pose to the recorder's, where these are nearest
+  bool is_other_pace = false;                   ///< RecorderPace::is_other()
   /// Is added to the stamps: not 0 if most of them lie before the begin of GPS time, as those of a simulator do.
   nanoseconds shift{0};
 
   /// How far the recorder's clock is ahead of that of the poses, as in a recording that was played and recorded again;
-  /// 0 if it is the same.
-  nanoseconds recorder_ahead() const { return std::chrono::abs(delay) > kSameClock ? delay : nanoseconds(0); }
+  /// 0 if it is the same, or if it cannot be known.
+  nanoseconds recorder_ahead() const {
+    return std::chrono::abs(delay) > kSameClock && !is_other_pace ? delay : nanoseconds(0);
+  }
 };
 
 /// Chooses among `found`, by their names. Of each kind that topic is taken which has the most messages that can be

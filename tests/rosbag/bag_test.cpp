@@ -1,5 +1,6 @@
 // Recordings of ROS in every format: the same messages come out, and what is cut or broken is told.
 #include "rosbag/bag.hpp"
+#include "rosbag/ordered_bag.hpp"
 
 #include <bzlib.h>
 #include <gtest/gtest.h>
@@ -160,6 +161,48 @@ TEST(Bag, TheFilesIntoWhichRos1SplitARecordingAreOne) {
   ASSERT_FALSE(both.ok());
   EXPECT_NE(both.error().message.find("has several recordings of ROS 1: name one of them"), std::string::npos);
   EXPECT_FALSE(rosbag::is_bag(folder.path()));
+}
+
+TEST(Bag, MessagesAreSortedByTheRecordersTimes) {
+  const test::TemporaryFolder folder;
+  const auto all = sample();
+  std::vector<SampleMessage> turned(all.rbegin(), all.rend());
+  test::write_sqlite(folder / "turned.db3", turned);
+  auto bag = rosbag::open_bag(folder / "turned.db3");
+  ASSERT_TRUE(bag.ok());
+  using Time = std::optional<UnixTime>;
+  const auto time_of = [&](const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
+    return topic.name == all[0].topic ? Time() : Time(message.received);
+  };
+  const auto sorted = rosbag::in_order(**bag, folder / "copy", time_of);
+  ASSERT_TRUE(sorted.ok()) << sorted.error().message;
+  std::size_t given = 0;
+  for (const SampleMessage& wanted : all) {
+    if (wanted.topic == all[0].topic) continue;
+    const auto message = (*sorted)->next();
+    ASSERT_TRUE(message.ok()) << message.error().message;
+    EXPECT_EQ(count_ns(message->received), wanted.time_ns);
+    EXPECT_EQ((*sorted)->topics().at(message->topic).name, wanted.topic);
+    EXPECT_TRUE(std::ranges::equal(message->data.bytes(), storage::as_bytes(wanted.bytes)));
+    ++given;
+  }
+  EXPECT_GT(given, 1u);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ((*sorted)->next().error().code, ErrorCode::EndOfData);
+}
+
+TEST(Bag, WhatIsSortedTellsItsDamage) {
+  const test::TemporaryFolder folder;
+  auto packed = sample();
+  packed[1].bytes = "\x28\xB5\x2F\xFD broken";
+  test::write_sqlite(folder / "damaged.db3", packed);
+  auto bag = rosbag::open_bag(folder / "damaged.db3");
+  ASSERT_TRUE(bag.ok());
+  const auto sorted = rosbag::in_order(
+      **bag, folder / "copy", [](const auto&, const auto& message) { return std::optional(message.received); });
+  ASSERT_TRUE(sorted.ok()) << sorted.error().message;
+  EXPECT_EQ((*sorted)->next().error().code, ErrorCode::Malformed);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_TRUE((*sorted)->next().ok());
+  EXPECT_EQ((*sorted)->next().error().code, ErrorCode::EndOfData);
 }
 
 TEST(Bag, ACutFileGivesWhatIsWholeAndSaysSo) {

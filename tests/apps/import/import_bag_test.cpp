@@ -1,9 +1,13 @@
 // What `hueline import` takes of recordings of ROS, and what it says of what it does not take.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "apps/import/import_bag.hpp"
 #include "apps/import/pose_choice.hpp"
 #include "apps/inspect/inspect.hpp"
+#include "storage/journal_reader.hpp"
+#include "tests/rosbag/cloud_message.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -37,6 +41,20 @@ SampleMessage position(const std::string& topic, std::int64_t ns) {
   out.header(ns, "gps").put(std::int8_t{0}).put(std::uint16_t{1}).put(48.0).put(11.0).put(500.0);
   for (int i = 0; i < 9; ++i) out.put(0.0);
   return {topic, "sensor_msgs/NavSatFix", ns, out.put(std::uint8_t{0}).bytes()};
+}
+
+SampleMessage cloud_message(const std::string& topic, std::int64_t ns) {
+  test::CloudMessage cloud;
+  cloud.stamp_ns = ns;
+  cloud.fields = {{"x", 0, test::kF32}, {"y", 4, test::kF32}, {"z", 8, test::kF32}, {"time", 12, test::kF32}};
+  cloud.width = 2, cloud.point_step = 16;
+  for (const float time : {0.f, 0.09f}) cloud.put(3.f).put(4.f).put(0.f).put(time);
+  return {topic, "sensor_msgs/PointCloud2", ns, cloud.bytes(drivers::RosEncoding::Cdr)};
+}
+
+int count_told(const ImportedBag& done, const std::string& what) {
+  return static_cast<int>(
+      std::ranges::count_if(done.to_do, [&](const std::string& one) { return one.find(what) != std::string::npos; }));
 }
 
 /// A recording in a folder that passes, and the drive that is made of it.
@@ -163,6 +181,58 @@ TEST_F(ImportBag, UsesOrientationsThatStandBehindALaterPosition) {
   EXPECT_EQ(pose().at("ins_solutions").at("good"), 30);
   EXPECT_EQ(done->became.at("/imu"),
             "sensor pos; 1 orientations are not between two positions that are at most 3 s apart");
+}
+
+/// As programs that convert recordings write them: one topic behind the other.
+TEST_F(ImportBag, SortsTopicsThatStandOneBehindTheOther) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 300; ++i) messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns + 1'000'000));
+  for (int i = 0; i <= 30; ++i) messages.push_back(position("/fix", kImported_ns + i * 10 * kTenth_ns));
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 300);
+  EXPECT_EQ(done->became.at("/imu"), "sensor pos");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "drive/probe"));
+}
+
+/// As a program writes them that gives no time with its messages: the recorder's is that of the writing.
+TEST_F(ImportBag, DoesNotUseTheRecordersTimesOfAnotherPace) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 300; ++i) messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns + 1'000'000));
+  for (int i = 0; i <= 30; ++i) messages.push_back(position("/fix", kImported_ns + i * 10 * kTenth_ns));
+  for (int i = 0; i < 300; ++i) messages.push_back(cloud_message("/points", kImported_ns + i * kTenth_ns));
+  for (std::size_t i = 0; i < messages.size(); ++i)
+    messages[i].time_ns = kImported_ns + std::int64_t{86'400'000'000'000} + static_cast<std::int64_t>(i) * 1'000'000;
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 300);
+  EXPECT_EQ(count_told(*done, "the recorder's times go on faster or slower"), 1);
+  EXPECT_EQ(count_told(*done, "so they are of another clock"), 0);
+  // The packets are in the order of the stamps.
+  auto drive = storage::JournalReader::open(folder_ / "drive/drive.mcap");
+  ASSERT_TRUE(drive.ok());
+  HostTime last{};
+  int packets = 0;
+  for (auto packet = (*drive)->next({}); packet.ok(); packet = (*drive)->next({}), ++packets) {
+    EXPECT_GE(packet->received, last);
+    last = packet->received;
+  }
+  EXPECT_EQ(packets, 600);
+}
+
+TEST(RecorderPace, IsToldFromDelaysThatChange) {
+  const auto pace_of = [](double stamps_s, double received_s) {
+    apps::RecorderPace out;
+    for (const double share : {0.0, 0.5, 1.0})
+      out.take(UnixTime(from_seconds(share * stamps_s)), UnixTime(from_seconds(1e6 + share * received_s)));
+    return out.is_other();
+  };
+  EXPECT_FALSE(apps::RecorderPace().is_other());
+  EXPECT_FALSE(pace_of(40, 41));
+  EXPECT_FALSE(pace_of(3600, 3610));  // a clock that was set
+  EXPECT_TRUE(pace_of(40, 20));
+  EXPECT_TRUE(pace_of(40, 400));
+  EXPECT_TRUE(pace_of(3600, 3000));
 }
 
 TEST_F(ImportBag, CountsTheTimesOfASimulatorFromAStatedDate) {
