@@ -182,6 +182,14 @@ bool FrameTree::has(const std::string& frame) const {
          std::ranges::any_of(parents_, [&](const auto& one) { return one.second.frame == frame; });
 }
 
+std::set<std::string> FrameTree::ending_with(const std::string& ending) const {
+  std::set<std::string> out;
+  for (const auto& [child, parent] : parents_)
+    for (const std::string& frame : {child, parent.frame})
+      if (frame.ends_with(ending)) out.insert(frame);
+  return out;
+}
+
 bool is_imported(const rosbag::BagTopic& topic) {
   return topic.trouble.empty() &&
          (drivers::carries_cloud(topic.type) || carries_image(topic.type) || drivers::carries_datagrams(topic.type) ||

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,8 @@ class FrameTree {
   /// Returns the place of frame `of` in frame `in`, or nothing if the tree does not join them.
   std::optional<Eigen::Isometry3d> place(const std::string& of, const std::string& in) const;
   bool has(const std::string& frame) const;
+  /// Returns the frames whose names end with `ending`.
+  std::set<std::string> ending_with(const std::string& ending) const;
 
  private:
   struct Parent {

@@ -269,8 +269,14 @@ std::string ImportRig::lens_text(const std::string& name, const std::string& fra
       mounting(place.value_or(forward)), where_from("T_head_lens", name, frame, place.has_value()));
 }
 
-/// Returns the frame that stands for the vehicle's body.
-std::string ImportRig::base() const { return survey_->tree.has(pose_.frame) ? pose_.frame : "base_link"; }
+/// Returns the frame that stands for the vehicle's body: that of the pose, or base_link, which may have the vehicle's
+/// name before it.
+std::string ImportRig::base() const {
+  const std::string usual = "base_link";
+  if (survey_->tree.has(pose_.frame)) return pose_.frame;
+  const auto named = survey_->tree.ending_with("/" + usual);
+  return !survey_->tree.has(usual) && named.size() == 1 ? *named.begin() : usual;
+}
 
 std::optional<Eigen::Isometry3d> ImportRig::place_of(const std::string& frame) const {
   return frame.empty() ? std::nullopt : survey_->tree.place(frame, base());
@@ -298,7 +304,8 @@ std::string ImportRig::scanner_mounting(const std::string& name, const std::stri
                                         const Eigen::Isometry3d& axes) {
   const auto place = place_of(frame);
   return fmt::format("    T_body_scanner: {}{}\n",
-                     mounting(place ? body_from_ros() * *place * axes : Eigen::Isometry3d::Identity()),
+                     // Without a tree: looking forward, as the clouds of ROS do.
+                     mounting(body_from_ros() * place.value_or(Eigen::Isometry3d::Identity()) * axes),
                      where_from("T_body_scanner", name, frame, place.has_value()));
 }
 

@@ -183,6 +183,33 @@ TEST_F(ImportBag, UsesOrientationsThatStandBehindALaterPosition) {
             "sensor pos; 1 orientations are not between two positions that are at most 3 s apart");
 }
 
+TEST_F(ImportBag, TheBodyIsBaseLinkAlsoBehindTheVehiclesName) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) {
+    messages.push_back(odometry_message("/odom", kImported_ns + i * kTenth_ns, 0.1 * i));
+    messages.push_back(cloud_message("/points", kImported_ns + i * kTenth_ns));
+  }
+  const auto rig_of = [&](const std::string& parent) {
+    RosWriter tree(drivers::RosEncoding::Cdr);
+    tree.put(std::uint32_t{1}).header(kImported_ns, parent).text("laser").put(1.0).put(0.0).put(2.0);
+    tree.put(0.0).put(0.0).put(0.0).put(1.0);
+    auto all = messages;
+    all.push_back({"/tf_static", "tf2_msgs/TFMessage", kImported_ns, tree.bytes()});
+    EXPECT_TRUE(import(all, {.origin = kOrigin}).ok());
+    return test::contents(folder_ / "drive/rig.yaml");
+  };
+  // 1 m before and 2 m above it; ROS's x is the body's y.
+  EXPECT_NE(rig_of("car1/base_link")
+                .find("position_m: [0.000000, 1.000000, 2.000000], quaternion_wxyz: [0.707106781, 0.000000000, "
+                      "0.000000000, 0.707106781]}  # laser in car1/base_link"),
+            std::string::npos);
+  // Where nobody knows it, the scanner looks forward.
+  EXPECT_NE(rig_of("car1/mast")
+                .find("position_m: [0.000000, 0.000000, 0.000000], quaternion_wxyz: [0.707106781, "
+                      "0.000000000, 0.000000000, 0.707106781]}  # NOT KNOWN"),
+            std::string::npos);
+}
+
 /// As programs that convert recordings write them: one topic behind the other.
 TEST_F(ImportBag, SortsTopicsThatStandOneBehindTheOther) {
   std::vector<SampleMessage> messages;
