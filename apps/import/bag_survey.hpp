@@ -50,7 +50,7 @@ struct BagSurvey {
     std::size_t points = 0;  ///< of the largest of the first messages
     /// The shortest time from a message's last point to the recorder's time; negative if stamps are ahead of it.
     std::optional<nanoseconds> delay;
-    std::string fields;  ///< their names
+    std::string fields;  ///< their names, of a PointCloud2
     std::string why;     ///< why its messages cannot be read
   };
   std::map<std::string, CameraTopic> cameras;  ///< by topic, without has_lens

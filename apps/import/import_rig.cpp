@@ -154,9 +154,12 @@ void ImportRig::add_cloud(const std::string& topic, const BagSurvey::Cloud& clou
   if (cloud.config->stamp_is_enough)
     to_do_.push_back(fmt::format(
         "{}: its points have no times of their own. All of a message get header.stamp, with a "
-        "sigma of {:.0f} ms: see stamp_sigma_us. Its fields are {}: if one is a time, give it as time_field in "
-        "place of stamp_is_enough",
-        name, to_seconds(cloud.config->stamp_sigma) * 1e3, cloud.fields));
+        "sigma of {:.0f} ms: see stamp_sigma_us{}",
+        name, to_seconds(cloud.config->stamp_sigma) * 1e3,
+        cloud.fields.empty() ? ""
+                             : fmt::format(". Its fields are {}: if one is a time, give it as time_field in place of "
+                                           "stamp_is_enough",
+                                           cloud.fields)));
   sensor.yaml += keys_of(*cloud.config) + scanner_mounting(name, cloud.frame, Eigen::Isometry3d::Identity());
   became_[topic] = fmt::format("sensor {}: {}", name, in_words(cloud.config->times));
   sensors_.push_back(std::move(sensor));
