@@ -115,6 +115,7 @@ class Surveyor {
       const UnixTime time = count_ns(*said) == 0 ? received : *said;
       ++pose.usable;
       if (time < to_unix(GpsTime())) ++pose.before_gps;
+      if (topic.type == "sensor_msgs/NavSatFix" && drivers::take_position(in)->sigma_enu) ++pose.with_sigma;
       pose.begin = std::min(pose.begin.value_or(time), time);
       // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
       const nanoseconds delay = received - time;

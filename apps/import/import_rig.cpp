@@ -89,6 +89,10 @@ void ImportRig::add_pose() {
     to_do_.push_back(
         "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
+  if (!pose_.is_sigma_known)
+    to_do_.push_back(
+        "the poses state no accuracy that is used (a covariance of NavSatFix), so the sigmas of the points are those "
+        "of a good receiver, 0.05 m and 0.03 deg: NOT KNOWN to be true");
   sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
   sensors_.back().yaml =
       fmt::format("  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n",

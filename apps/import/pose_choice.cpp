@@ -90,6 +90,9 @@ void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out)
     if (topic.begin) begin = std::min(begin.value_or(*topic.begin), *topic.begin);
     if (topic.delay && (!delay || std::chrono::abs(*topic.delay) < std::chrono::abs(*delay))) delay = topic.delay;
   }
+  out.is_sigma_known = !out.is_by_stamp || std::ranges::any_of(out.topics, [&](const std::string& name) {
+    return 2 * found.at(name).with_sigma > found.at(name).usable;
+  });
   out.begin = begin.value_or(UnixTime());
   out.delay = delay.value_or(nanoseconds(0));
   // A few such stamps are of a computer that did not know the time yet, and are told as not used.

@@ -27,6 +27,7 @@ struct PoseTopic {
   std::string type;                        ///< ros_type()
   std::string frame;                       ///< that they are the pose of, by the first message
   std::uint64_t usable = 0;                ///< messages that can be used (drivers::pose_time())
+  std::uint64_t with_sigma = 0;            ///< those of them that state their accuracy, of NavSatFix
   std::uint64_t before_gps = 0;            ///< those of them whose times lie before the begin of GPS time
   std::optional<UnixTime> begin{};         ///< the earliest of their times
   std::optional<nanoseconds> delay{};      ///< from theirs to the recorder's time, where these are nearest
@@ -50,6 +51,7 @@ struct PoseChoice {
   bool is_by_stamp = false;                     ///< the times of the poses are header.stamp
   UnixTime begin{};                             ///< the earliest of them
   nanoseconds delay{0};                         ///< from the time of a pose to the recorder's, where these are nearest
+  bool is_sigma_known = true;                   ///< most of them state their accuracy, or their kind always does
   bool is_other_pace = false;                   ///< RecorderPace::is_other()
   /// Is added to the stamps: not 0 if most of them lie before the begin of GPS time, as those of a simulator do.
   nanoseconds shift{0};

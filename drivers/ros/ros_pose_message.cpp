@@ -92,8 +92,9 @@ std::optional<RosPosition> take_position(RosReader in) {
   for (double& value : covariance) value = in.take<double>();
   const bool has_covariance = in.take<std::uint8_t>() != 0;
   if (!in.ok() || status < 0 || !is_on_earth(out.place)) return {};
-  if (has_covariance)
-    out.sigma_enu = Eigen::Vector3d(covariance[0], covariance[4], covariance[8]).cwiseMax(0).cwiseSqrt();
+  // Drivers that know no covariance also say so with zeros, -1 or numbers that are none, whatever the kind says.
+  const Eigen::Vector3d variance(covariance[0], covariance[4], covariance[8]);
+  if (has_covariance && variance.allFinite() && variance.minCoeff() > 0) out.sigma_enu = variance.cwiseSqrt();
   return out;
 }
 

@@ -29,7 +29,7 @@ struct RosOrientation {
 struct RosPosition {
   UnixTime time{};
   Geodetic place{};
-  std::optional<Eigen::Vector3d> sigma_enu;  ///< m
+  std::optional<Eigen::Vector3d> sigma_enu;  ///< m; nothing: the message states none
 };
 /// A pose of nav_msgs/Odometry.
 struct RosLocalPose {

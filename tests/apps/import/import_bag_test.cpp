@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "apps/import/import_bag.hpp"
 #include "apps/import/pose_choice.hpp"
@@ -36,11 +37,11 @@ SampleMessage imu_message(const std::string& topic, std::int64_t ns, double cova
   return {topic, "sensor_msgs/Imu", ns, out.bytes()};
 }
 
-SampleMessage position(const std::string& topic, std::int64_t ns) {
+SampleMessage position(const std::string& topic, std::int64_t ns, double variance = 0) {
   RosWriter out(drivers::RosEncoding::Cdr);
   out.header(ns, "gps").put(std::int8_t{0}).put(std::uint16_t{1}).put(48.0).put(11.0).put(500.0);
-  for (int i = 0; i < 9; ++i) out.put(0.0);
-  return {topic, "sensor_msgs/NavSatFix", ns, out.put(std::uint8_t{0}).bytes()};
+  for (int i = 0; i < 9; ++i) out.put(i % 4 == 0 ? variance : 0.0);
+  return {topic, "sensor_msgs/NavSatFix", ns, out.put(std::uint8_t{2}).bytes()};
 }
 
 SampleMessage cloud_message(const std::string& topic, std::int64_t ns) {
@@ -208,6 +209,21 @@ TEST_F(ImportBag, TheBodyIsBaseLinkAlsoBehindTheVehiclesName) {
                 .find("position_m: [0.000000, 0.000000, 0.000000], quaternion_wxyz: [0.707106781, "
                       "0.000000000, 0.000000000, 0.707106781]}  # NOT KNOWN"),
             std::string::npos);
+}
+
+TEST_F(ImportBag, SaysWhereThePosesStateNoAccuracy) {
+  const auto told_with = [&](double variance) {
+    std::vector<SampleMessage> messages;
+    for (int i = 0; i < 20; ++i) {
+      messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns));
+      messages.push_back(position("/fix", kImported_ns + i * kTenth_ns, variance));
+    }
+    const auto done = import(messages);
+    EXPECT_TRUE(done.ok());
+    return count_told(*done, "the poses state no accuracy");
+  };
+  EXPECT_EQ(told_with(1e-4), 0);
+  for (const double variance : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) EXPECT_EQ(told_with(variance), 1);
 }
 
 /// As programs that convert recordings write them: one topic behind the other.
