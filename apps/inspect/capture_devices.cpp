@@ -46,17 +46,18 @@ const drivers::CaptureListener& CaptureDevices::listener_of(const drivers::Devic
   return *std::ranges::find(listening_, type, &Listening::type)->listener;
 }
 
-CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
+CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::PcapSource& source,
                                          const drivers::DeviceType* only) {
   if (devices_.size() >= kMostDevices) return nullptr;
   for (const Listening& one : listening_) {
     if (only && one.type != only) continue;
-    auto heard = one.listener->listen(datagram, drivers::to_text(sender));
+    auto heard = one.listener->listen(datagram, drivers::to_text(source.sender()));
     if (!heard) continue;
     return &devices_.emplace_back(CaptureDevice{one.type,
                                                 std::move(heard->name),
-                                                sender,
-                                                port,
+                                                source.sender(),
+                                                source.sender_card(),
+                                                source.destination_port(),
                                                 {},
                                                 std::move(heard->decoder),
                                                 std::move(heard->note),
@@ -65,24 +66,27 @@ CaptureDevice* CaptureDevices::recognise(const Packet& datagram, const drivers::
   return nullptr;
 }
 
-CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
+CaptureDevice* CaptureDevices::find(const Packet& datagram, const drivers::PcapSource& source,
                                     std::vector<Measurement>& out) {
+  const drivers::IpAddress& sender = source.sender();
+  const std::uint16_t port = source.destination_port();
   CaptureDevice* elsewhere = nullptr;  // reads such datagrams, but was recognised at another port
   for (CaptureDevice& device : devices_) {
-    if (device.stream || device.address != sender || !listener_of(device.type).is_decodable(datagram)) continue;
+    if (device.stream || device.address != sender || device.card != source.sender_card()) continue;
+    if (!listener_of(device.type).is_decodable(datagram)) continue;
     if (device.port == port) return &device;
     if (!elsewhere) elsewhere = &device;
   }
   // A datagram by which a device is recognised makes one for its port; any other, such as a status that has a port of
   // its own, belongs to the device that is known.
-  if (CaptureDevice* found = recognise(datagram, sender, port, elsewhere ? elsewhere->type : nullptr)) {
+  if (CaptureDevice* found = recognise(datagram, source, elsewhere ? elsewhere->type : nullptr)) {
     decode_what_came_before(*found, out);
     return found;
   }
   if (elsewhere) return elsewhere;
   Stranger* stranger = count_stranger(datagram, sender, port);
   if (stranger && stranger->first_bytes + datagram.bytes.size() <= kBeginningBytes) {
-    stranger->first.push_back(datagram);
+    stranger->first.emplace_back(source.sender_card(), datagram);
     stranger->first_bytes += datagram.bytes.size();
   }
   return nullptr;
@@ -96,11 +100,12 @@ void CaptureDevices::decode_what_came_before(CaptureDevice& device, std::vector<
       ++it;
       continue;
     }
-    const auto its_own = std::erase_if(stranger.first, [&](const Packet& one) {
-      if (!listener.is_decodable(one)) return false;
-      device.decoder->decode(one, out);
+    const auto its_own = std::erase_if(stranger.first, [&](const auto& one) {
+      const auto& [card, packet] = one;
+      if (card != device.card || !listener.is_decodable(packet)) return false;
+      device.decoder->decode(packet, out);
       --stranger.datagrams;
-      stranger.bytes -= one.bytes.size();
+      stranger.bytes -= packet.bytes.size();
       return true;
     });
     // Those that were not kept are like those that were.
@@ -138,6 +143,7 @@ CaptureDevice* CaptureDevices::recognise(const drivers::TcpFlow& stream, Unknown
     return &devices_.emplace_back(CaptureDevice{type,
                                                 fmt::format("{} ({}), by TCP", type->word, log.format),
                                                 stream.source,
+                                                {},
                                                 stream.source_port,
                                                 stream,
                                                 type->make()->make_decoder(),
@@ -188,7 +194,7 @@ CaptureDevice* CaptureDevices::take(const Packet& packet, const drivers::PcapSou
                                     std::vector<Measurement>& out) {
   if (const auto& stream = source.flow()) return take_stream(packet, *stream, out);
   if (packet.kind != PacketKind::Wire) return nullptr;
-  CaptureDevice* device = find(packet, source.sender(), source.destination_port(), out);
+  CaptureDevice* device = find(packet, source, out);
   if (device) device->decoder->decode(packet, out);
   return device;
 }

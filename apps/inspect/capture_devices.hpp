@@ -20,6 +20,7 @@ struct CaptureDevice {
   const drivers::DeviceType* type = nullptr;
   std::string name;  ///< for people: "velodyne VLP-16"
   drivers::IpAddress address{};
+  drivers::HardwareAddress card{};  ///< that sends its datagrams
   /// To which it sends the datagrams by which it was recognised; its own port if it sends by TCP.
   std::uint16_t port = 0;
   std::optional<drivers::TcpFlow> stream;  ///< the connection by which it sends; nothing: it sends datagrams
@@ -32,7 +33,7 @@ struct CaptureDevice {
 /// they send by TCP. Of a TCP connection the side with the lower port is the device, because devices are servers. A
 /// device is a sender's address;
 /// several devices may share one, as in captures of a computer that played recordings: they differ in kind, or send to
-/// other ports.
+/// other ports; scanners that have the address that they came with differ in their network cards.
 /// Thread safety: none; one thread calls all functions.
 class CaptureDevices {
  public:
@@ -68,7 +69,7 @@ class CaptureDevices {
     std::uint64_t datagrams = 0, bytes = 0;
     /// The first datagrams. They are the device's if it is recognised later: a scanner that spins up sends its status
     /// before its first points.
-    std::vector<Packet> first{};
+    std::vector<std::pair<drivers::HardwareAddress, Packet>> first{};
     std::uint64_t first_bytes = 0;
   };
   using Strangers = std::map<std::pair<drivers::IpAddress, std::uint16_t>, Stranger>;
@@ -87,16 +88,14 @@ class CaptureDevices {
     std::size_t bytes = 0, judged_bytes = 0;
     bool is_given_up = false;
   };
-  CaptureDevice* find(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
-                      std::vector<Measurement>& out);
+  CaptureDevice* find(const Packet& datagram, const drivers::PcapSource& source, std::vector<Measurement>& out);
   std::string strangers_in_words() const;
   void decode_what_came_before(CaptureDevice& device, std::vector<Measurement>& out);
   CaptureDevice* find(const drivers::TcpFlow& stream);
   CaptureDevice* take_stream(const Packet& packet, const drivers::TcpFlow& stream, std::vector<Measurement>& out);
   CaptureDevice* recognise(const drivers::TcpFlow& stream, Unknown& unknown);
   Stranger* count_stranger(const Packet& packet, const drivers::IpAddress& sender, std::uint16_t port);
-  CaptureDevice* recognise(const Packet& datagram, const drivers::IpAddress& sender, std::uint16_t port,
-                           const drivers::DeviceType* only);
+  CaptureDevice* recognise(const Packet& datagram, const drivers::PcapSource& source, const drivers::DeviceType* only);
   const drivers::CaptureListener& listener_of(const drivers::DeviceType* type) const;
 
   std::vector<Listening> listening_;  // those whose datagrams have a signature come first

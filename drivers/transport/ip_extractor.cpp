@@ -1,6 +1,8 @@
 #include "drivers/transport/ip_extractor.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstring>
@@ -73,6 +75,18 @@ Layer3 network_layer(const CaptureFrame& frame) {
   }
 }
 
+HardwareAddress sending_card(const CaptureFrame& frame) {
+  HardwareAddress out{};
+  const auto bytes = frame.bytes;
+  // Ethernet has it behind that of the receiver; Linux cooked 1 and 2 say how long it is.
+  std::size_t at = 0;
+  if (frame.link_type == 1) at = 6;
+  if (frame.link_type == 113 && bytes.size() >= 6 && be16(bytes.data() + 4) == out.size()) at = 6;
+  if (frame.link_type == 276 && bytes.size() >= 12 && bytes[11] == std::byte{6}) at = 12;
+  if (at != 0 && bytes.size() >= at + out.size()) std::memcpy(out.data(), bytes.data() + at, out.size());
+  return out;
+}
+
 IpAddress mapped(const std::byte* p) {
   IpAddress address{};
   address[10] = address[11] = 0xFF;
@@ -99,8 +113,11 @@ std::string to_text(const IpAddress& address) {
   return text.data();
 }
 
+std::string to_text(const HardwareAddress& address) { return fmt::format("{:02x}", fmt::join(address, ":")); }
+
 std::optional<UdpDatagram> IpExtractor::extract(const CaptureFrame& frame) {
   segment_.reset();
+  card_ = sending_card(frame);
   // Frames without a time have that of the frame before.
   if (frame.time != nanoseconds{0}) now_ = frame.time;
   const Layer3 layer = network_layer(frame);
@@ -135,6 +152,7 @@ std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, 
   const bool has_more = (flags & 0x2000) != 0;
   const std::size_t offset = 8 * static_cast<std::size_t>(flags & 0x1FFF);
   UdpDatagram datagram;
+  datagram.source_card = card_;
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
   if (const auto protocol = static_cast<std::uint8_t>(packet[9]); protocol != kUdp) {
@@ -156,7 +174,7 @@ std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, 
   if (size < header) return lost(counts_.malformed);
   if (size > packet.size()) return lost(broken);
   const auto body = packet.subspan(header, size - header);
-  const FragmentKey key{datagram.source, datagram.destination, be16(packet.data() + 4)};
+  const FragmentKey key{datagram.source, datagram.destination, be16(packet.data() + 4), card_};
   if (!join(key, offset, !has_more, body)) return {};
   return udp(joined_, false, datagram);
 }
@@ -218,6 +236,7 @@ std::optional<UdpDatagram> IpExtractor::ipv6(std::span<const std::byte> packet, 
   }
   auto next = static_cast<std::uint8_t>(packet[6]);
   UdpDatagram datagram;
+  datagram.source_card = card_;
   std::memcpy(datagram.source.data(), packet.data() + 8, 16);
   std::memcpy(datagram.destination.data(), packet.data() + 24, 16);
   auto body = packet.subspan(40);
@@ -259,7 +278,7 @@ std::optional<UdpDatagram> IpExtractor::ipv6_fragment(std::span<const std::byte>
     return {};
   }
   const std::uint16_t field = be16(body.data() + 2);
-  const FragmentKey key{between.source, between.destination, be32(body.data() + 4)};
+  const FragmentKey key{between.source, between.destination, be32(body.data() + 4), card_};
   if (!join(key, field & 0xFFF8U, (field & 1U) == 0, body.subspan(kHeader, size - kHeader))) return {};
   return udp(joined_, false, between);
 }

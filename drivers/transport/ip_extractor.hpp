@@ -21,10 +21,16 @@ std::optional<IpAddress> parse_ip_address(const std::string& text);
 /// Writes an address in its usual form: 192.168.1.201 or fd00::c9.
 std::string to_text(const IpAddress& address);
 
+/// The address of a network card; zeros where the capture has none.
+using HardwareAddress = std::array<std::uint8_t, 6>;
+/// Writes an address in its usual form: 60:76:88:00:01:02.
+std::string to_text(const HardwareAddress& address);
+
 /// One UDP datagram of a capture.
 struct UdpDatagram {
   IpAddress source{}, destination{};
   std::uint16_t source_port = 0, destination_port = 0;
+  HardwareAddress source_card{};       ///< of the sender, or of the router between
   std::span<const std::byte> payload;  ///< valid until the next call of IpExtractor::extract()
 };
 
@@ -79,7 +85,8 @@ class IpExtractor {
     nanoseconds latest{0};  ///< when its latest fragment was captured
     std::uint64_t age = 0;  ///< running number of the datagram's first fragment; the smallest is the oldest
   };
-  using FragmentKey = std::tuple<IpAddress, IpAddress, std::uint32_t>;  ///< source, destination, identification
+  /// Source, destination, identification, and the card, because scanners as they come from the maker have one address.
+  using FragmentKey = std::tuple<IpAddress, IpAddress, std::uint32_t, HardwareAddress>;
 
   std::optional<UdpDatagram> ipv4(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6(std::span<const std::byte> packet, bool is_cut);
@@ -94,7 +101,8 @@ class IpExtractor {
   std::map<FragmentKey, Partial> partials_;
   std::vector<std::byte> joined_;
   std::uint64_t age_ = 0;
-  nanoseconds now_{0};  ///< time of the latest frame
+  nanoseconds now_{0};      ///< time of the latest frame
+  HardwareAddress card_{};  ///< that sent the latest frame
 };
 
 }  // namespace hueline::drivers

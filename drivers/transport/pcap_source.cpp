@@ -72,6 +72,7 @@ void PcapSource::take(const UdpDatagram& datagram) {
   flow_.reset();
   destination_port_ = datagram.destination_port;
   sender_ = datagram.source;
+  sender_card_ = datagram.source_card;
   // With all protocols the reader tells devices apart itself, and the device may be one that sends by TCP.
   if (config_.protocol == Protocol::Udp) watch_sender();
   Packet packet;
@@ -130,17 +131,26 @@ void PcapSource::take(TcpPiece piece) {
   waiting_.push_back(std::move(packet));
 }
 
-/// Reports a second sender. Scanners send to the same port unless they are set otherwise; two scanners taken for one
-/// would give one wrong cloud.
+/// Reports a second sender. Scanners send to the same port unless they are set otherwise, and from the same address as
+/// they come from the maker; two scanners taken for one would give one wrong cloud.
 void PcapSource::watch_sender() {
-  if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) first_sender_ = sender_;
-  if (source_ || sender_ == *first_sender_) {
-    first_heard_ = last_;
-    return;
+  if (!first_sender_ || last_ - first_heard_ > kReplacedAfter) {
+    first_sender_ = sender_;
+    first_card_ = sender_card_;
   }
-  tell(FaultKind::WrongDevice, 1,
-       fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports",
-                   config_.path, to_text(*first_sender_), to_text(sender_)));
+  if (sender_ == *first_sender_ && sender_card_ == first_card_) {
+    first_heard_ = last_;
+  } else if (sender_ == *first_sender_) {
+    tell(
+        FaultKind::WrongDevice, 1,
+        fmt::format("{}: two network cards, {} and {}, send as {}, and are taken for one device: two scanners with one "
+                    "address? Name the ports of one",
+                    config_.path, to_text(first_card_), to_text(sender_card_), to_text(sender_)));
+  } else {
+    tell(FaultKind::WrongDevice, 1,
+         fmt::format("{}: datagrams of {} and of {} are taken for one device's: name its source_address, or its ports",
+                     config_.path, to_text(*first_sender_), to_text(sender_)));
+  }
 }
 
 void PcapSource::tell(FaultKind kind, std::uint64_t count, std::string detail) {

@@ -25,8 +25,8 @@ namespace hueline::drivers {
 /// - Malformed, before the end: the number of frames that were not delivered, because the capture cut them off, their
 ///   headers are broken, they are fragments of a datagram that never became whole, or their link type is not read.
 /// - WrongDevice, before the end: the file holds no datagram of the device; the detail says what it holds instead.
-/// - WrongDevice, with Protocol::Udp and without a `source_address`: a datagram comes from another address than the
-///   first one. It is delivered after its fault.
+/// - WrongDevice, with Protocol::Udp: a datagram comes from another network card than the first one or, without a
+///   `source_address`, from another address. It is delivered after its fault.
 ///
 /// With Protocol::Tcp the source delivers what one device sends by TCP, in pieces of any size. Of each connection that
 /// is the side that `ports` and `source_address` name, and without them the side with the lower port: devices are
@@ -65,6 +65,9 @@ class PcapSource final : public PacketSource {
 
   /// Returns the address that sent the latest datagram of the device.
   const IpAddress& sender() const { return sender_; }
+  /// Returns the network card that sent the latest datagram. Scanners as they come from the maker have the same
+  /// address.
+  const HardwareAddress& sender_card() const { return sender_card_; }
   /// Returns the port to which the latest datagram was sent.
   std::uint16_t destination_port() const { return destination_port_; }
   /// Returns the stream that the latest packet, or fault before a packet, is of. Nothing: it is of a datagram.
@@ -98,6 +101,7 @@ class PcapSource final : public PacketSource {
   std::optional<TcpFlow> told_flow_;    // another one that was told last
   HostTime piece_heard_{};              // time of the latest piece of device_flow_
   IpAddress sender_{};
+  HardwareAddress sender_card_{}, first_card_{};  // first_card_: of first_sender_
   std::uint16_t destination_port_ = 0;
   HostTime first_heard_{};      // time of the first sender's latest datagram
   std::deque<Packet> waiting_;  // faults, and the datagram after them

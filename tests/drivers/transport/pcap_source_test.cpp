@@ -302,6 +302,39 @@ TEST(PcapSource, ASecondDeviceIsTold) {
   EXPECT_EQ(to_text(*parse_ip_address("fd00::c9")), "fd00::c9");
 }
 
+/// Two scanners as they come from the maker, at two ports of the computer.
+TEST(PcapSource, ASecondCardAtTheSameAddressIsTold) {
+  const Bytes segment = test::udp_segment(std::string(1600, 'f'), 2368);
+  const std::span<const std::byte> whole(segment);
+  const auto of_card = [](Bytes frame, unsigned number) {
+    frame[6] = std::byte{0x60};
+    frame[11] = static_cast<std::byte>(number);
+    return frame;
+  };
+  // Their fragments are not mixed either, though the identification is the same.
+  PcapWriter file;
+  for (const std::size_t at : {std::size_t{0}, std::size_t{1480}})
+    for (const unsigned card : {1u, 2u})
+      file.frame(kTime, of_card(test::ethernet_frame(test::ipv4_packet(
+                                    whole.subspan(at, std::min<std::size_t>(1480, whole.size() - at)), 9, at, at == 0)),
+                                card));
+  const Read read = read_bytes(file.bytes());
+  EXPECT_THAT(read.payloads, ElementsAre(std::string(1600, 'f'), std::string(1600, 'f')));
+  ASSERT_EQ(read.faults.size(), 1u);
+  EXPECT_EQ(read.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("60:00:00:00:00:01 and 60:00:00:00:00:02, send as 192.168.1.201"));
+
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const Bytes cooked = ByteWriter(true).zeros(4).u16(6).u8(0x60).zeros(4).u8(7).zeros(2).u16(0x0800).raw(v4).bytes();
+  const Bytes cooked2 = ByteWriter(true).u16(0x0800).zeros(9).u8(6).u8(0x60).zeros(4).u8(7).zeros(2).raw(v4).bytes();
+  for (const auto& [link, frame] : {std::pair(113u, cooked), std::pair(276u, cooked2)}) {
+    const TemporaryFile cooked_file("cooked", PcapWriter(link).frame(kTime, frame).bytes());
+    PcapSource source({.path = cooked_file.path(), .ports = {}, .source_address = {}});
+    EXPECT_THAT(read_all(source).payloads, ElementsAre("v4"));
+    EXPECT_EQ(to_text(source.sender_card()), "60:00:00:00:00:07");
+  }
+}
+
 TEST(PcapSource, FramesCutOffByTheCaptureAreCountedNotDelivered) {
   PcapWriter file;
   file.frame(kTime, plain("shortened"), 45).frame(kTime, plain("whole"));
