@@ -124,7 +124,8 @@ VelodyneDecoder::VelodyneDecoder(const Config& config)
 VelodyneDecoder::~VelodyneDecoder() = default;
 
 void VelodyneDecoder::flush(std::vector<Measurement>& out) {
-  if (!held_.empty()) judge_held(timing_.model(1) == config_.model, out);
+  if (!held_.empty())
+    judge_held(timings_[velodyne_product(held_.front().bytes.bytes())].model(1) == config_.model, out);
   refuse_behind(out);
   while (const auto lost = gaps_.drain()) tell_lost(*lost, previous_->received, out);
 }
@@ -132,7 +133,7 @@ void VelodyneDecoder::flush(std::vector<Measurement>& out) {
 void VelodyneDecoder::reset() {
   previous_.reset();
   arrivals_.reset();
-  timing_ = {};
+  timings_.clear();
   for (const Packet& packet : std::exchange(held_, {})) counts_.ignored_bytes += packet.bytes.size();
   is_other_byte_ours_.reset();
   silent_part_.reset();
@@ -165,22 +166,27 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
 
 void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
+  if (is_hdl64e(bytes)) return wrong_device(packet, out);
   const auto mode = static_cast<unsigned>(bytes[kVelodyneModeAt]);
   if (mode != kStrongest && mode != kLast && mode != kVelodyneDual)
     return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode),
                      out);
-  timing_.add(bytes);
+  timings_[velodyne_product(bytes)].add(bytes);
   if (is_ours(packet, out)) use_data(packet, out);
 }
 
 /// Returns whether to decode the packet now. If not, it has been refused or is held.
 bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& out) {
-  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kVelodyneProductAt]);
+  const auto product = velodyne_product(packet.bytes.bytes());
   if (product == table_.product_id) {
-    const auto model = timing_.model(kPairsAgainst);
-    if (!model || velodyne_table(*model).packet_period(false) == table_.packet_period(false)) return true;
-    wrong_device(packet, out);
-    return false;
+    const auto model = timings_[product].model(kPairsAgainst);
+    if (model && velodyne_table(*model).packet_period(false) != table_.packet_period(false)) {
+      wrong_device(packet, out);
+      return false;
+    }
+    // A scanner has one factory byte: with the model's own, packets with another are another scanner's.
+    if (!is_other_byte_ours_ || *is_other_byte_ours_) judge_held(false, out);
+    return true;
   }
   if (!is_told_by_timing(product) || (is_other_byte_ours_ && !*is_other_byte_ours_)) {
     wrong_device(packet, out);
@@ -192,7 +198,7 @@ bool VelodyneDecoder::is_ours(const Packet& packet, std::vector<Measurement>& ou
     return true;
   }
   held_.push_back(packet);
-  if (const auto model = timing_.model(kPairsFor); model || held_.size() >= kMostHeld)
+  if (const auto model = timings_[product].model(kPairsFor); model || held_.size() >= kMostHeld)
     judge_held(model == config_.model, out);
   return false;
 }
@@ -206,16 +212,15 @@ void VelodyneDecoder::judge_held(bool are_ours, std::vector<Measurement>& out) {
 void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement>& out) {
   ++counts_.messages["data of another model"];
   counts_.ignored_bytes += packet.bytes.size();
-  const auto product = static_cast<std::uint8_t>(packet.bytes.bytes()[kVelodyneProductAt]);
+  const auto product = velodyne_product(packet.bytes.bytes());
   const std::string name = velodyne_product_name(product);
-  const auto model = timing_.model(kPairsFor);
-  out.push_back(
-      Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
-            fmt::format("data packet of product {}{}; the rig names a {} (0x{:02X}): the key model",
-                        name.starts_with("0x") ? name : fmt::format("0x{:02X} ({})", product, name),
-                        model && *model != config_.model ? fmt::format(", timed as a {}'s", velodyne_table(*model).name)
-                                                         : std::string(),
-                        table_.name, table_.product_id)});
+  const auto model = timings_[product].model(kPairsFor);
+  std::string what = "product " + (name.starts_with("0x") ? name : fmt::format("0x{:02X} ({})", product, name));
+  if (model && *model != config_.model) what += fmt::format(", timed as a {}'s", velodyne_table(*model).name);
+  if (is_hdl64e(packet.bytes.bytes())) what = "an HDL-64E, which is not supported";
+  out.push_back(Fault{sensor_, FaultKind::WrongDevice, packet.received, 1,
+                      fmt::format("data packet of {}; the rig names a {} (0x{:02X}): the key model", what, table_.name,
+                                  table_.product_id)});
 }
 
 void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -146,7 +147,7 @@ class VelodyneDecoder final : public Decoder {
   };
   nanoseconds silent_time(const Previous& from, nanoseconds moved) const;
 
-  VelodyneTiming timing_;
+  std::map<std::uint8_t, VelodyneTiming> timings_;  // by factory byte, because two scanners may send to one port
   std::vector<Packet> held_;  // packets with a factory byte of another model, until their timing is known
   std::optional<bool> is_other_byte_ours_;
   std::optional<SilentPart> silent_part_;

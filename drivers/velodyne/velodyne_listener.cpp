@@ -18,19 +18,26 @@
 namespace hueline::drivers {
 namespace {
 
-std::uint8_t product_of(const Packet& data) { return static_cast<std::uint8_t>(data.bytes.bytes().back()); }
-
-/// Returns the model of the Velodyne at this address by its first packets' timing, or nothing where the factory byte
-/// decides.
-std::optional<VelodyneModel> timed_model(const std::string& path, const std::string& address) {
+/// Returns the model of the Velodyne that sent this datagram, by the timing of its packets, or nothing where the
+/// factory byte decides. Other scanners may have its address, its port, or both.
+std::optional<VelodyneModel> timed_model(const std::string& path, const std::string& address, const Packet& datagram) {
+  if (!is_told_by_timing(velodyne_product(datagram.bytes.bytes()))) return {};
   PcapSource source({.path = path, .ports = {}, .source_address = address});
   if (!source.open().ok()) return {};
+  std::optional<std::pair<HardwareAddress, std::uint16_t>> stream;  // the scanner's card and the port it sends to
   VelodyneTiming timing;
-  for (int packets = 0; packets < 10'000; ++packets) {
+  for (int packets = 0; packets < 10'000;) {
     const Result<Packet> packet = source.next({});
     if (!packet.ok()) return {};
     if (packet->kind != PacketKind::Wire || packet->bytes.size() != kVelodyneDataBytes) continue;
-    if (!is_told_by_timing(product_of(*packet))) return {};
+    const std::pair from(source.sender_card(), source.destination_port());
+    if (!stream && packet->received == datagram.received &&
+        std::ranges::equal(packet->bytes.bytes(), datagram.bytes.bytes()))
+      stream = from;
+    if (!stream) continue;
+    ++packets;
+    if (from != *stream || velodyne_product(packet->bytes.bytes()) != velodyne_product(datagram.bytes.bytes()))
+      continue;
     timing.add(packet->bytes.bytes());
     // Other models have factory bytes of their own.
     if (const auto model = timing.model(3))
@@ -57,9 +64,13 @@ class VelodyneListener final : public CaptureListener {
       return {};
     }
     has_data_ = true;
-    const std::uint8_t product = product_of(datagram);
+    if (is_hdl64e(datagram.bytes.bytes())) {
+      has_hdl64e_ = true;
+      return {};
+    }
+    const std::uint8_t product = velodyne_product(datagram.bytes.bytes());
     if (unknown_.contains({sender, product})) return {};
-    const auto timed = timed_model(path_, sender);
+    const auto timed = timed_model(path_, sender, datagram);
     for (const VelodyneModel model : kVelodyneModels) {
       const VelodyneTable& table = velodyne_table(model);
       const bool has_its_byte = table.product_id == product;
@@ -94,10 +105,10 @@ class VelodyneListener final : public CaptureListener {
   }
 
   std::string unknown_models() const override {
-    if (unknown_.empty()) return {};
+    if (unknown_.empty() && !has_hdl64e_) return {};
     std::set<std::uint8_t> products;
     for (const auto& [sender, product] : unknown_) products.insert(product);
-    std::string named, known;
+    std::string named = has_hdl64e_ ? "HDL-64E" : "", known;
     for (const std::uint8_t product : products)
       named += fmt::format("{}{}", named.empty() ? "" : ", ", velodyne_product_name(product));
     for (const VelodyneModel model : kVelodyneModels)
@@ -127,7 +138,7 @@ class VelodyneListener final : public CaptureListener {
 
   const std::string path_;
   std::uint64_t positions_ = 0;  // position packets before a scanner was recognised
-  bool has_data_ = false;
+  bool has_data_ = false, has_hdl64e_ = false;
   std::vector<VelodyneCalibration> given_;
   std::map<std::string, std::string> not_used_;             // by file: why
   std::set<std::pair<std::string, std::uint8_t>> unknown_;  // sender, factory byte

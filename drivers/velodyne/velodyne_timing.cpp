@@ -35,6 +35,17 @@ std::string velodyne_product_name(std::uint8_t product) {
   }
 }
 
+bool is_hdl64e(std::span<const std::byte> bytes) {
+  if (bytes.size() != kVelodyneDataBytes) return false;
+  int upper = 0, lower = 0;
+  for (std::size_t at = 0; at < kVelodyneStampAt; at += kVelodyneStampAt / kVelodyneBlocks) {
+    if (bytes[at] != std::byte{0xFF}) return false;
+    upper += bytes[at + 1] == std::byte{0xEE} ? 1 : 0;
+    lower += bytes[at + 1] == std::byte{0xDD} ? 1 : 0;
+  }
+  return upper == kVelodyneBlocks / 2 && lower == kVelodyneBlocks / 2;
+}
+
 bool is_told_by_timing(std::uint8_t product) {
   constexpr std::uint8_t kPuckLite = 0x23;  // a lighter VLP-16
   return product == velodyne_table(VelodyneModel::Vlp16).product_id ||

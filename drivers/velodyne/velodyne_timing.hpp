@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,8 +11,16 @@
 
 namespace hueline::drivers {
 
+/// Returns the factory byte of a data packet.
+inline std::uint8_t velodyne_product(std::span<const std::byte> data) {
+  return static_cast<std::uint8_t>(data[kVelodyneProductAt]);
+}
 /// Returns the name of the product with this factory byte, or "0x..." if it is not known. Sources: the makers' manuals.
 std::string velodyne_product_name(std::uint8_t product);
+/// Returns whether a data packet is one of an HDL-64E, which is not supported: half of its blocks belong to the
+/// upper lasers (flag FF EE), half to the lower ones (FF DD). Instead of return mode and factory byte it sends one byte
+/// of its status after the other, so any product may seem to stand there. Source: HDL-64E S3 User's Manual.
+bool is_hdl64e(std::span<const std::byte> bytes);
 /// Returns whether the timing of packets with this factory byte decides their model. It does not for a Puck Hi-Res,
 /// which has the timing of a VLP-16 but other elevations.
 bool is_told_by_timing(std::uint8_t product);

@@ -298,6 +298,37 @@ TEST(VelodyneFaults, AnotherModelIsNamed) {
   EXPECT_EQ(decoder.counts().ignored_bytes, 30 * 1206u);
 }
 
+/// As when one computer plays the recordings of two scanners to one port.
+TEST(VelodyneFaults, AScannerHasOneFactoryByte) {
+  VelodyneDecoder decoder({.model = VelodyneModel::Hdl32e});
+  std::size_t others = 0, batches = 0;
+  std::uint32_t other_us = 1'000'000;
+  for (unsigned i = 0; i < 60; ++i) {
+    batches +=
+        decode(decoder, velodyne_data(turning(100 * i, 20), 1000 + 553 * i, 0x37, 0x21), 553'000 * i).batches.size();
+    if (i % 3 != 2) continue;
+    const Decoded found =
+        decode(decoder, velodyne_data(turning(100 * i, 20), other_us += 1327, 0x37, 0x22), 553'000 * i + 1000);
+    EXPECT_TRUE(found.batches.empty());
+    for (const Fault& fault : found.faults) others += fault.kind == FaultKind::WrongDevice ? 1 : 0;
+  }
+  EXPECT_EQ(batches, 60u);
+  EXPECT_EQ(others, 20u);
+}
+
+/// An HDL-64E has a byte of its status where others have their product: now and then that of any model.
+TEST(VelodyneFaults, AnHdl64eIsNoOtherModelWhateverItsLastByteSays) {
+  VelodyneDecoder decoder({.model = VelodyneModel::Vlp32c});
+  Blocks blocks = turning(0, 12);
+  for (std::size_t b = 1; b < 12; b += 2) blocks[b].flag = 0xDDFF;
+  const Decoded found = decode(decoder, velodyne_data(blocks, 1000, 0x37, 0x28));
+  EXPECT_TRUE(found.batches.empty());
+  ASSERT_EQ(found.faults.size(), 1u);
+  EXPECT_EQ(found.faults[0].kind, FaultKind::WrongDevice);
+  EXPECT_NE(found.faults[0].detail.find("an HDL-64E, which is not supported"), std::string::npos)
+      << found.faults[0].detail;
+}
+
 TEST(VelodyneFaults, AProductWithoutNameIsWrittenOnce) {
   const auto detail_of = [](std::uint8_t product) {
     VelodyneDecoder decoder({});
