@@ -35,8 +35,7 @@ std::string text_of(const DecodedScanner& scanner) {
   std::string out = fmt::format("{} at {}: {} points", scanner.name, scanner.address, scanner.points);
   if (scanner.points_by_return.size() > 1)
     for (const auto& [number, count] : scanner.points_by_return) out += fmt::format(", return {}: {}", number, count);
-  if (scanner.points > 0) out += "\n  " + scanner.cloud.string();
-  out += "\n  time: " + scanner.clock;
+  if (scanner.points > 0) out += "\n  " + scanner.cloud.string() + "\n  time: " + scanner.clock;
   if (scanner.begin) out += fmt::format("\n  from {} to {}", iso_utc(*scanner.begin), iso_utc(*scanner.end));
   if (!scanner.note.empty()) out += "\n  " + scanner.note;
   for (const auto& [kind, count] : scanner.faults)
@@ -58,6 +57,11 @@ int tell(const DecodedCapture& decoded, const DecodeOptions& options) {
     return kOutputRefused;
   }
   bool is_whole = decoded.trouble.ok() && decoded.not_supported.empty();
+  for (const DecodedScanner& scanner : decoded.scanners)
+    if (scanner.points == 0 && points > 0) {
+      log_error("{}: the {} at {} gave no point", options.capture, scanner.name, scanner.address);
+      is_whole = false;
+    }
   for (const std::string& one : options.descriptions)
     if (!decoded.used_descriptions.contains(one)) {
       const auto refused = decoded.refused_descriptions.find(one);

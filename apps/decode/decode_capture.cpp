@@ -148,13 +148,19 @@ Result<DecodedCapture> KnownCapture::write(const std::filesystem::path& out) {
   const std::size_t count = scanners();
   std::map<std::size_t, ScannerCloud> clouds;
   for (const auto& [number, known] : state_->learnt) {
-    if (!known.is_scanner) continue;
-    const CaptureDevice& device = state_->devices.devices()[number];
+    const std::deque<CaptureDevice>& devices = state_->devices.devices();
+    const CaptureDevice& device = devices[number];
+    // One that gives no point is told with its faults.
+    if (!known.is_scanner && device.type->role != drivers::Role::Laser) continue;
     DecodedScanner scanner;
     scanner.name = device.name;
     scanner.note = device.note;
     scanner.address = drivers::to_text(device.address);
-    scanner.cloud = count == 1 ? out : name_beside(out, device, state_->devices.devices());
+    const bool has_twin = std::ranges::any_of(devices, [&](const CaptureDevice& other) {
+      return other.address == device.address && other.card != device.card;
+    });
+    if (has_twin) scanner.address += ", network card " + drivers::to_text(device.card);
+    scanner.cloud = count <= 1 ? out : name_beside(out, device, devices);
     clouds.emplace(number, ScannerCloud(std::move(scanner), CloudClock(known, options)));
   }
   CaptureDevices again(options.capture, state_->types);

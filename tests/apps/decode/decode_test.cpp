@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "apps/decode/decode_bag.hpp"
 #include "apps/decode/decode_capture.hpp"
 #include "core/calendar.hpp"
@@ -222,6 +224,90 @@ TEST(Decode, PositionPacketsAloneAreNamed) {
   const auto decoded = decode_capture(decoding(file, out));
   ASSERT_FALSE(decoded.ok());
   EXPECT_NE(decoded.error().message.find("3 position packets of a Velodyne"), std::string::npos)
+      << decoded.error().message;
+}
+
+/// What one Velodyne sends, as its card and port say it.
+struct Sent {
+  unsigned port, product;
+  std::uint32_t period_us;
+  std::byte card;
+  unsigned mode = 0x37, second_flag = 0xEEFF;
+};
+
+/// A capture of Velodynes at one address, 40 packets of each.
+test::Bytes capture_of(const std::vector<Sent>& scanners) {
+  std::multimap<std::int64_t, test::Bytes> frames;  // by time
+  for (const Sent& one : scanners)
+    for (unsigned i = 0; i < 40; ++i) {
+      auto blocks = test::turning(i * 480 % 36000, 40);
+      for (std::size_t b = 1; b < blocks.size(); b += 2) blocks[b].flag = one.second_flag;
+      const auto data = test::velodyne_data(blocks, 1000 + i * one.period_us, one.mode, one.product);
+      const std::string text(reinterpret_cast<const char*>(data.data()), data.size());
+      auto frame = test::ethernet_frame(test::ipv4_packet(test::udp_segment(text, one.port)));
+      frame[11] = one.card;
+      frames.emplace(kTime_s * 1'000'000'000 + std::int64_t{i} * one.period_us * 1000, std::move(frame));
+    }
+  test::PcapWriter pcap;
+  for (const auto& [time, frame] : frames) pcap.frame(time, frame);
+  return pcap.bytes();
+}
+
+/// Returns the number of points of each scanner, by its name, and removes their clouds.
+std::multimap<std::string, std::uint64_t> points_by_name(const test::Bytes& capture) {
+  const TemporaryFile file("decode_scanners.pcap", capture), out("decode_scanners.las", {});
+  const auto decoded = decode_capture(decoding(file, out));
+  EXPECT_TRUE(decoded.ok()) << decoded.error().message;
+  std::multimap<std::string, std::uint64_t> found;
+  if (!decoded.ok()) return found;
+  for (const auto& scanner : decoded->scanners) {
+    found.emplace(scanner.name, scanner.points);
+    if (decoded->scanners.size() > 1) std::filesystem::remove(scanner.cloud);
+  }
+  return found;
+}
+
+/// Scanners come from the maker with one address, and a computer may have recorded them at two of its ports.
+TEST(Decode, ScannersWithOneAddressAreToldApartByTheirNetworkCards) {
+  constexpr std::byte kOne{1}, kOther{2};
+  EXPECT_EQ(points_by_name(capture_of({{2368, 0x22, 1327, kOne}, {2368, 0x22, 1327, kOther}})),
+            (std::multimap<std::string, std::uint64_t>{{"velodyne VLP-16", 15360}, {"velodyne VLP-16", 15360}}));
+}
+
+/// As in a capture of a computer that played two recordings.
+TEST(Decode, TheTimingOfAVelodyneIsNotThatOfAnotherAtItsAddress) {
+  constexpr std::byte kOne{1};
+  EXPECT_EQ(points_by_name(capture_of({{2368, 0x22, 1327, kOne}, {2369, 0x21, 553, kOne}})),
+            (std::multimap<std::string, std::uint64_t>{{"velodyne HDL-32E", 15360}, {"velodyne VLP-16", 15360}}));
+}
+
+/// To one port, from one computer: the second is told, and the first has its own packets alone.
+TEST(Decode, APacketOfAnotherVelodyneIsNotDecodedByItsTiming) {
+  constexpr std::byte kOne{1};
+  const TemporaryFile file("decode_port.pcap", capture_of({{2368, 0x22, 1327, kOne}, {2368, 0x21, 553, kOne}}));
+  const TemporaryFile out("decode_port.las", {});
+  const auto decoded = decode_capture(decoding(file, out));
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->scanners.size(), 1u);
+  EXPECT_EQ(decoded->scanners[0].name, "velodyne VLP-16");
+  EXPECT_EQ(decoded->scanners[0].points, 15360u);
+  EXPECT_EQ(decoded->scanners[0].faults.at("WrongDevice"), 40u);
+}
+
+TEST(Decode, AScannerThatGivesNoPointIsToldBesideOneThatDoes) {
+  constexpr std::byte kOne{1};
+  EXPECT_EQ(points_by_name(capture_of({{2368, 0x22, 1327, kOne}, {2370, 0x28, 664, kOne, 0x10}})),
+            (std::multimap<std::string, std::uint64_t>{{"velodyne VLP-16", 15360}, {"velodyne VLP-32C", 0}}));
+}
+
+/// Where others have the factory byte, an HDL-64E has its status, which may be any model's byte.
+TEST(Decode, AnHdl64eIsNotSupported) {
+  const TemporaryFile file("decode_64.pcap", capture_of({{2368, 0x28, 288, std::byte{1}, 0x37, 0xDDFF}}));
+  const TemporaryFile out("decode_64.las", {});
+  const auto decoded = decode_capture(decoding(file, out));
+  ASSERT_FALSE(decoded.ok());
+  EXPECT_EQ(decoded.error().code, ErrorCode::Unsupported);
+  EXPECT_NE(decoded.error().message.find("a Velodyne of product HDL-64E"), std::string::npos)
       << decoded.error().message;
 }
 
