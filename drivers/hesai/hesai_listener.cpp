@@ -30,8 +30,9 @@ class HesaiListener final : public CaptureListener {
     const auto model = hesai_model(bytes);
     if (!model) {
       if (has_hesai_header(bytes) && unknown_.size() < 16)
-        unknown_.insert(fmt::format("{} channels in {} blocks, {} bytes", static_cast<unsigned>(bytes[6]),
-                                    static_cast<unsigned>(bytes[7]), bytes.size()));
+        unknown_.insert(fmt::format("{} channels in {} blocks, {} bytes, protocol {}.{}",
+                                    static_cast<unsigned>(bytes[6]), static_cast<unsigned>(bytes[7]), bytes.size(),
+                                    static_cast<unsigned>(bytes[2]), static_cast<unsigned>(bytes[3])));
       return {};
     }
     const HesaiTable& table = hesai_table(*model);

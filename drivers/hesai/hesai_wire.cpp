@@ -76,6 +76,8 @@ std::optional<HesaiModel> hesai_model(std::span<const std::byte> datagram) {
       continue;
     }
     const std::size_t counts_at = table.head == 8 ? 2 : 6;
+    // An AT128 has the counts of a QT128; the versions of its protocol are 4.1 and 4.3.
+    if (table.head == 12 && u8(datagram, 2) == 4) continue;
     if (has_hesai_header(datagram) && u8(datagram, counts_at) == static_cast<unsigned>(table.channels()) &&
         u8(datagram, counts_at + 1) == static_cast<unsigned>(table.blocks) &&
         datagram.size() < table.least_bytes() + 64)

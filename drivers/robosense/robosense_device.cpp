@@ -50,10 +50,14 @@ class RobosenseListener final : public CaptureListener {
     if (const auto solid = decode_robosense_solid(bytes))
       return HeardDevice{std::string("robosense ") + solid->name,
                          std::make_unique<RobosenseDecoder>(RobosenseDecoder::Config{}), kUnchecked};
-    if (!is_robosense_points(bytes)) return {};
+    if (!is_robosense_points(bytes)) {
+      if (has_robosense_signature(bytes) && unknown_.size() < 16)
+        unknown_.insert(fmt::format("with packets of {} bytes", bytes.size()));
+      return {};
+    }
     auto model = robosense_model(bytes);
     if (!model) {
-      const std::string type = fmt::format("{}.{}.{}", static_cast<unsigned>(bytes[30]),
+      const std::string type = fmt::format("of type {}.{}.{}", static_cast<unsigned>(bytes[30]),
                                            static_cast<unsigned>(bytes[31]), static_cast<unsigned>(bytes[32]));
       if (unknown_.size() < 16) unknown_.insert(type);
       return {};
@@ -87,7 +91,7 @@ class RobosenseListener final : public CaptureListener {
   }
   std::string unknown_models() const override {
     std::string out;
-    for (const std::string& one : unknown_) out += (out.empty() ? "a RoboSense of type " : " or ") + one;
+    for (const std::string& one : unknown_) out += (out.empty() ? "a RoboSense " : " or ") + one;
     return out.empty() ? out : out + "; known: RS-LiDAR-16 and -32, RS-Bpearl, RS-Helios, RS-LiDAR-M1 and -E1";
   }
 

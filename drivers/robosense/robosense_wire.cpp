@@ -106,6 +106,13 @@ bool is_robosense_points(std::span<const std::byte> bytes) {
   return begins(bytes, kPoints) || begins(bytes, kHeliosPoints);
 }
 
+bool has_robosense_signature(std::span<const std::byte> bytes) {
+  constexpr std::size_t kLeastPacket = 200;
+  if (bytes.size() < kLeastPacket || robosense_u16(bytes, 0) != 0x55AA) return false;
+  const unsigned rest = robosense_u16(bytes, 2);
+  return rest == 0x050A || rest == 0x055A || rest == 0x5AA5;
+}
+
 bool is_robosense_description(std::span<const std::byte> bytes) { return begins(bytes, kDescription); }
 
 std::optional<RobosenseModel> robosense_model(std::span<const std::byte> bytes) {

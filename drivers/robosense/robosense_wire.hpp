@@ -84,6 +84,9 @@ inline unsigned robosense_u16(std::span<const std::byte> bytes, std::size_t at) 
 std::optional<RobosenseModel> robosense_model(std::span<const std::byte> bytes);
 /// Returns whether the datagram has the signature of a packet of points, of any model.
 bool is_robosense_points(std::span<const std::byte> bytes);
+/// Returns whether the datagram begins as packets of points do, also those of models whose packets have other sizes:
+/// M2, M3, MX, EMX, RS-LiDAR-48.
+bool has_robosense_signature(std::span<const std::byte> bytes);
 /// Returns whether the datagram is a description, of any model.
 bool is_robosense_description(std::span<const std::byte> bytes);
 /// Reads the description of a scanner whose points are of `model`, and sets `model` to Helios16 if it has 16 beams.

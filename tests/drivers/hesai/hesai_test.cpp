@@ -11,6 +11,8 @@
 #include "core/calendar.hpp"
 #include "drivers/hesai/hesai_angles.hpp"
 #include "drivers/hesai/hesai_decoder.hpp"
+#include "drivers/hesai/hesai_listener.hpp"
+#include "drivers/hesai/hesai_wire.hpp"
 #include "storage/pcd_reader.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 #include "tests/support/test_data.hpp"
@@ -166,6 +168,22 @@ TEST(Hesai, WhatIsWrongIsSaid) {
 }
 
 /// A file of as many beams of another model would bend the cloud by degrees without a word.
+/// Both have 128 channels in two blocks.
+TEST(Hesai, AnAt128IsNoQt128) {
+  test::ByteWriter out(false);
+  out.u8(0xEE).u8(0xFF).u8(3).u8(2).zeros(2).u8(128).u8(2).u8(1).u8(4).u8(2).u8(0).zeros(1106);
+  test::Bytes packet = out.bytes();
+  EXPECT_EQ(hesai_model(packet), HesaiModel::Qt128);
+  packet[2] = std::byte{4};
+  packet[3] = std::byte{3};
+  EXPECT_FALSE(hesai_model(packet));
+  const auto listener = listen_for_hesai("none.pcap");
+  EXPECT_FALSE(listener->listen(test::packet_of(packet), "192.168.1.201"));
+  EXPECT_NE(listener->unknown_models().find("a Hesai with 128 channels in 2 blocks, 1118 bytes, protocol 4.3"),
+            std::string::npos)
+      << listener->unknown_models();
+}
+
 TEST(Hesai, AnglesOfAnotherModelAreRefused) {
   HesaiDecoder::Config config = of_xt32();
   for (int i = 0; i < 32; ++i) {

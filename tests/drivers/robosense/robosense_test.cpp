@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -421,7 +423,13 @@ TEST(Robosense, IsRecognisedInCapturesWithItsDescription) {
   unknown.type = {0, 7, 1};
   packet.bytes = Buffer::copy_of(unknown.bytes());
   EXPECT_FALSE(listener->listen(packet, "192.168.1.201"));
-  EXPECT_THAT(listener->unknown_models(), HasSubstr("0.7.1"));
+  EXPECT_THAT(listener->unknown_models(), HasSubstr("a RoboSense of type 0.7.1; known"));
+  // An M2 has packets of another size.
+  std::vector<std::byte> other(1342);
+  std::ranges::copy(std::array{std::byte{0x55}, std::byte{0xAA}, std::byte{0x5A}, std::byte{0xA5}}, other.begin());
+  packet.bytes = Buffer::copy_of(other);
+  EXPECT_FALSE(listener->listen(packet, "192.168.1.201"));
+  EXPECT_THAT(listener->unknown_models(), HasSubstr("or with packets of 1342 bytes; known"));
 }
 
 }  // namespace

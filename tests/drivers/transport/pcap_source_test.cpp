@@ -372,6 +372,8 @@ TEST(PcapSource, AFileThatIsNoCaptureSaysWhatItIs) {
   EXPECT_THAT(why("\x1f\x8b\x08\0 and so on"s), HasSubstr("unpack it with gunzip"));
   EXPECT_THAT(why("\x28\xb5\x2f\xfd and so on"), HasSubstr("unpack it with zstd -d"));
   EXPECT_THAT(why("version https://git-lfs.github.com/spec/v1\n"), HasSubstr("git lfs pull"));
+  EXPECT_THAT(why("livox_tech\0\0\0\0\0\0\2\0\0\0\x67\xA7\x0E\xAC"s), HasSubstr("a recording of Livox Viewer"));
+  EXPECT_THAT(why("\x34\0\0\0\x14\0\0\0OSF$ and so on to 24 bytes"s), HasSubstr("a recording of Ouster's SDK"));
   EXPECT_THAT(why("some text"), HasSubstr("neither pcap nor pcapng"));
 }
 
