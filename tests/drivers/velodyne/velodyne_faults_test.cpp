@@ -300,7 +300,9 @@ TEST(VelodyneFaults, AnotherModelIsNamed) {
 
 /// As when one computer plays the recordings of two scanners to one port.
 TEST(VelodyneFaults, AScannerHasOneFactoryByte) {
-  VelodyneDecoder decoder({.model = VelodyneModel::Hdl32e});
+  VelodyneDecoder::Config config;
+  config.model = VelodyneModel::Hdl32e;
+  VelodyneDecoder decoder(config);
   std::size_t others = 0, batches = 0;
   std::uint32_t other_us = 1'000'000;
   for (unsigned i = 0; i < 60; ++i) {
@@ -318,7 +320,9 @@ TEST(VelodyneFaults, AScannerHasOneFactoryByte) {
 
 /// An HDL-64E has a byte of its status where others have their product: now and then that of any model.
 TEST(VelodyneFaults, AnHdl64eIsNoOtherModelWhateverItsLastByteSays) {
-  VelodyneDecoder decoder({.model = VelodyneModel::Vlp32c});
+  VelodyneDecoder::Config config;
+  config.model = VelodyneModel::Vlp32c;
+  VelodyneDecoder decoder(config);
   Blocks blocks = turning(0, 12);
   for (std::size_t b = 1; b < 12; b += 2) blocks[b].flag = 0xDDFF;
   const Decoded found = decode(decoder, velodyne_data(blocks, 1000, 0x37, 0x28));
