@@ -77,9 +77,9 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
   drivers::CanLogSource source({path, 0});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Inspection out;
-  std::map<std::string, Message> messages;
+  std::map<std::pair<std::string, std::string>, Message> messages;  // by channel and id: two buses have their own
   std::map<std::string, std::uint64_t> errors;
-  std::map<int, std::uint64_t> channels;
+  std::map<std::string, std::uint64_t> channels;
   std::uint64_t frames = 0;
   HostTime first{}, last{};
   for (;;) {
@@ -89,8 +89,8 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
       break;
     }
     if (packet->kind == PacketKind::Fault) {
-      if (const auto fault = decode_fault(1, packet->received, packet->bytes.bytes()); fault.ok())
-        out.trouble = Error{ErrorCode::Malformed, fault->detail};
+      const auto fault = decode_fault(1, packet->received, packet->bytes.bytes());
+      if (fault.ok() && fault->kind == FaultKind::Malformed) out.trouble = Error{ErrorCode::Malformed, fault->detail};
       continue;
     }
     drivers::CanPacket parsed;
@@ -98,12 +98,13 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
     const drivers::CanFrame& frame = parsed.frames.front();
     if (!frames++) first = packet->received;
     last = packet->received;
-    ++channels[frame.bus];
+    const std::string channel = source.interface().empty() ? std::to_string(frame.bus) : source.interface();
+    ++channels[channel];
     if (frame.is_error) {
       for (const auto& trouble : drivers::explain_can_error(frame)) ++errors[trouble.detail];
       continue;
     }
-    Message& message = messages[drivers::name(frame)];
+    Message& message = messages[{channel, drivers::name(frame)}];
     if (!message.count++) message.first = packet->received;
     message.last = packet->received;
     message.shortest = std::min<int>(message.shortest, frame.length);
@@ -121,10 +122,12 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
   json["format"] = "CAN log";
   json["frames"] = frames;
   json["duration_s"] = to_seconds(last - first);
-  for (const auto& [channel, count] : channels) json["frames_by_channel"][std::to_string(channel)] = count;
+  for (const auto& [channel, count] : channels) json["frames_by_channel"][channel] = count;
   auto& list = json["messages"] = Json::array();
-  for (const auto& [id, message] : messages) {
+  for (const auto& [where, message] : messages) {
+    const auto& [channel, id] = where;
     Json one = {{"id", id}, {"frames", message.count}, {"bytes", message.longest}};
+    if (channels.size() > 1) one["channel"] = channel;
     if (message.shortest != message.longest) one["bytes_least"] = message.shortest;
     if (message.count > 1)
       one["mean_period_ms"] = 1e3 * to_seconds(message.last - message.first) / static_cast<double>(message.count - 1);

@@ -117,6 +117,7 @@ Entry take_candump(std::string_view line) {
   CanLogEntry out;
   if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time))
     return bad(line, "no time and frame");
+  out.interface = words[1];
   if (words[2].find('#') == std::string_view::npos) return take_candump_columns(line, std::span(words).subspan(2), out);
   const std::string_view text = words[2];
   const std::size_t hash = text.find('#');

@@ -14,6 +14,8 @@ namespace hueline::drivers {
 struct CanLogEntry {
   nanoseconds time{0};
   CanFrame frame;
+  std::string interface {
+  };  ///< the interface that a line of candump names; empty in the other logs, which have numbers
 };
 
 /// Reads text logs of CAN buses line by line: Vector's ASC (classic, FD and error frames; ids and data in the number

@@ -37,6 +37,10 @@ void CanLogSource::Config::visit(Keys& keys) {
                "A log of the bus: Vector's ASC or BLF, PEAK's TRC, or what `candump -L` or `candump -t a` writes."),
       path);
   keys.whole({"channel", "", "The channel that is read from an ASC, BLF or TRC file.", "0: all"}, channel, {0, 255});
+  static const TextForm name{"1 to 15 characters",
+                             [](const std::string& text) { return !text.empty() && text.size() <= 15; }};
+  keys.text({"interface", "", "The interface that is read from a log of candump, such as can0.", "all"}, interface,
+            name);
 }
 
 KeyError CanLogSource::Config::validate() const {
@@ -50,8 +54,12 @@ Status CanLogSource::open() {
   auto input = InputFile::open(config_.path);
   if (!input.ok()) return input.error();
   parser_ = {};
+  waiting_.reset();
   line_ = malformed_ = 0;
   first_malformed_.clear();
+  interface_.clear();
+  first_interface_.clear();
+  are_several_told_ = false;
   last_ = {};
   std::array<std::byte, 4> head{};
   if (input->size() >= head.size()) {
@@ -92,6 +100,7 @@ Result<std::optional<CanLogEntry>> CanLogSource::next_entry() { return blf_ ? bl
 
 Result<Packet> CanLogSource::next(std::stop_token stop) {
   if (!file_ && !blf_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
+  if (waiting_) return *std::exchange(waiting_, std::nullopt);
   for (;;) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
     const Result<std::optional<CanLogEntry>> entry = next_entry();
@@ -103,9 +112,19 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
     }
     if (!*entry) break;
     if (config_.channel != 0 && (*entry)->frame.bus != config_.channel) continue;
+    if (!config_.interface.empty() && (*entry)->interface != config_.interface) continue;
+    last_ = HostTime((*entry)->time);
+    interface_ = (*entry)->interface;
     Packet packet;
-    packet.received = last_ = HostTime((*entry)->time);
+    packet.received = last_;
     packet.bytes = Buffer::copy_of(encode_can_packet((*entry)->frame));
+    if (first_interface_.empty()) first_interface_ = interface_;
+    if (interface_ != first_interface_ && !std::exchange(are_several_told_, true)) {
+      waiting_ = std::move(packet);
+      return fault_packet(last_, FaultKind::WrongDevice, 1,
+                          fmt::format("{}: frames of {} and of {} are taken for one bus's: the key interface names one",
+                                      config_.path, first_interface_, interface_));
+    }
     return packet;
   }
   if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0)

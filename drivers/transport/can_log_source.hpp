@@ -16,13 +16,16 @@ namespace hueline::drivers {
 /// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp, drivers/can/blf.hpp) as fast as they are asked for.
 /// The packets have the form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer
 /// that logged takes the place of HostTime. So do not use this source together with live sources in one drive. What
-/// breaks the format of the log is counted, and one Fault Malformed reports it at the end.
+/// breaks the format of the log is counted, and one Fault Malformed reports it at the end. Fault WrongDevice reports
+/// once that a log of candump has frames of several interfaces and none is named: the ids of two buses are not the same
+/// messages.
 /// Thread safety: none; one thread calls all functions.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    int channel = 0;  ///< number of the channel that is read from an ASC, BLF or TRC log; 0 reads all channels
+    int channel = 0;           ///< number of the channel that is read from an ASC, BLF or TRC log; 0 reads all channels
+    std::string interface {};  ///< that is read from a log of candump; empty reads all
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -31,6 +34,8 @@ class CanLogSource final : public PacketSource {
   explicit CanLogSource(Config config) : config_(std::move(config)) {}
 
   Status open() override;
+  /// Returns the interface that the line of the latest frame names; empty: the log has none, but numbers.
+  const std::string& interface() const { return interface_; }
   Result<Packet> next(std::stop_token stop) override;
   void close() override {
     file_.reset();
@@ -48,6 +53,9 @@ class CanLogSource final : public PacketSource {
   std::optional<BlfReader> blf_;
   std::uint64_t line_ = 0, malformed_ = 0;
   std::string first_malformed_;
+  std::string interface_, first_interface_;
+  bool are_several_told_ = false;
+  std::optional<Packet> waiting_;  // the frame behind a fault
   HostTime last_{};
 };
 

@@ -24,6 +24,16 @@ assert signals["One"]["last"] == 40.0 and signals["Always"]["frames"] == 2 and s
 assert signals["Selector"]["words"] == {"zero": 1, "one; or more": 1}
 assert "signals" not in messages["7FF"]
 PY
+# Two buses in one log, where the same id is not the same message.
+printf '(1.0) can0 064#00FEFF0000000009\n(1.1) can1 064#0000000000000009\n' >buses.log
+ends 0 "$hueline" inspect buses.log --dbc "$dbc" --json
+python3 - <<'PY' || fail "what inspect says of two buses"
+import json
+said = json.load(open("said.txt"))
+assert said["frames_by_channel"] == {"can0": 1, "can1": 1}, said
+lows = {m["channel"]: m["signals"]["Zero"]["min"] for m in said["messages"]}
+assert lows == {"can0": -4.0, "can1": -3.0}, lows
+PY
 ends 0 "$hueline" inspect "$dbc"
 says 'Zero +8.16@1- .0.5,-3. .*multiplexed by Selector: 0'
 says 'Range .*multiplexed by Outer: 3 .. 5, 9'

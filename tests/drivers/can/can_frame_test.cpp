@@ -1,6 +1,7 @@
 // Frames in their two kinds of packets and in logs, and what error frames report.
 #include "drivers/can/can_frame.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -296,6 +297,29 @@ TEST(CanLog, TracesOfPeak) {
   EXPECT_TRUE((*entry)->frame.is_fd);
   EXPECT_EQ((*entry)->frame.length, 12);
   EXPECT_FALSE(fd.take("1 0.25 DT 0123 Rx 16 00").ok());
+}
+
+/// As `candump -L any` writes it. An id means something else on each bus.
+TEST(CanLog, TheInterfacesOfALogOfCandumpAreToldApart) {
+  const auto path = std::filesystem::temp_directory_path() / ("hueline_can_buses_" + std::to_string(::getpid()));
+  std::ofstream(path) << "(1.0) can0 321#AA\n(2.0) can1 321#BB\n(3.0) can0 321#CC\n(4.0) can1 321#DD\n";
+  const auto read = [&](const std::string& interface) {
+    CanLogSource source({.path = path.string(), .interface = interface});
+    std::string bytes;
+    std::size_t told = 0;
+    EXPECT_TRUE(source.open().ok());
+    for (Result<Packet> packet = source.next({}); packet.ok(); packet = source.next({})) {
+      CanPacket parsed;
+      if (packet->kind == PacketKind::Fault)
+        told += decode_fault(1, packet->received, packet->bytes.bytes())->kind == FaultKind::WrongDevice ? 1 : 0;
+      else if (decode_can_packet(packet->bytes.bytes(), parsed).ok())
+        bytes += fmt::format("{} {:02X} ", source.interface(), parsed.frames.front().data[0]);
+    }
+    return std::pair(bytes, told);
+  };
+  EXPECT_EQ(read(""), std::pair(std::string("can0 AA can1 BB can0 CC can1 DD "), std::size_t{1}));
+  EXPECT_EQ(read("can1"), std::pair(std::string("can1 BB can1 DD "), std::size_t{0}));
+  std::filesystem::remove(path);
 }
 
 TEST(CanLog, BrokenLinesAreCountedAtTheEnd) {
