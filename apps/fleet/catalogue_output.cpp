@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
 #include <utility>
 
 #include "apps/fleet/catalogue_page.hpp"
@@ -13,34 +14,25 @@
 namespace hueline::apps {
 namespace {
 
-class GeoPackageOutput : public CatalogueOutput {
+/// A file that is made as a whole and takes the place of what stood there.
+class FileOutput : public CatalogueOutput {
  public:
-  explicit GeoPackageOutput(std::string file) : file_(std::move(file)) {}
+  using Make = std::function<Result<std::string>(const std::vector<CatalogueEntry>&)>;
+  /// `where` stands before the file's name for people: "in".
+  FileOutput(std::string file, const char* where, Make make)
+      : file_(std::move(file)), where_(where), make_(std::move(make)) {}
   Status check() const override { return check_output(file_); }
   Result<std::string> write(const std::vector<CatalogueEntry>& entries) const override {
-    const auto bytes = geopackage_of(entries);
+    const auto bytes = make_(entries);
     const Status written = bytes.ok() ? write_output(file_, *bytes) : Status(bytes.error());
     if (!written.ok()) return written.error();
-    return "in " + file_;
+    return fmt::format("{} {}", where_, file_);
   }
 
  private:
   std::string file_;
-};
-
-class PageOutput : public CatalogueOutput {
- public:
-  explicit PageOutput(std::string file) : file_(std::move(file)) {}
-  Status check() const override { return check_output(file_); }
-  Result<std::string> write(const std::vector<CatalogueEntry>& entries) const override {
-    const std::filesystem::path folder = std::filesystem::absolute(file_).lexically_normal().parent_path();
-    const Status written = write_output(file_, catalogue_page(entries, folder));
-    if (!written.ok()) return written.error();
-    return "on " + file_;
-  }
-
- private:
-  std::string file_;
+  const char* where_;
+  Make make_;
 };
 
 class PostgisOutput : public CatalogueOutput {
@@ -67,8 +59,11 @@ Result<std::unique_ptr<CatalogueOutput>> CatalogueOutput::of(const std::string& 
   }
   if (out.find("://") != std::string::npos)
     return Error{ErrorCode::Invalid, "a catalogue is written to a file or to postgresql://USER@HOST/DATABASE"};
-  if (out.ends_with(".html")) return std::unique_ptr<CatalogueOutput>(std::make_unique<PageOutput>(out));
-  return std::unique_ptr<CatalogueOutput>(std::make_unique<GeoPackageOutput>(out));
+  if (!out.ends_with(".html"))
+    return std::unique_ptr<CatalogueOutput>(std::make_unique<FileOutput>(out, "in", geopackage_of));
+  const std::filesystem::path folder = std::filesystem::absolute(out).lexically_normal().parent_path();
+  return std::unique_ptr<CatalogueOutput>(std::make_unique<FileOutput>(
+      out, "on", [folder](const auto& entries) { return Result(catalogue_page(entries, folder)); }));
 }
 
 }  // namespace hueline::apps

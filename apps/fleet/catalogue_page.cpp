@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <optional>
@@ -214,9 +215,8 @@ std::string watch_charts(const std::vector<const CatalogueEntry*>& drives) {
     const auto day = days_of(one->begin);
     if (!one->watch || !day) continue;
     if (!begin) {
-      begin = day;
+      begin = std::floor(*day);
       turn.x_label = late.x_label = "days after " + one->begin.substr(0, 10);
-      *begin = static_cast<double>(static_cast<std::int64_t>(*day));
     }
     for (std::size_t i = 0; i < turn.curves.size(); ++i) {
       turn.curves[i].points.emplace_back(*day - *begin, one->watch->turn_deg[i]);

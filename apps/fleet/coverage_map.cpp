@@ -34,16 +34,20 @@ double near_to(double longitude, double other) {
   return longitude + std::round((other - longitude) * kDegPerRad / kTurn) * kTurn / kDegPerRad;
 }
 
-Bounds bounds_of(const CatalogueEntry& entry, double near) {
+Bounds bounds_of(const CatalogueEntry& entry) {
   Bounds out;
-  for (const Geodetic& place : entry.places) out.take(near_to(place.longitude, near), place.latitude);
+  for (const Geodetic& place : entry.places)
+    out.take(near_to(place.longitude, entry.places.front().longitude), place.latitude);
   return out;
 }
+
+/// Returns how many whole turns, rad, bring `moved` next to the bounds `near`.
+double turns_to(const Bounds& moved, const Bounds& near) { return near_to(moved.west, near.west) - moved.west; }
 
 bool are_neighbours(const Bounds& a, const Bounds& b) {
   const double latitude = std::max(std::abs(a.south), std::abs(a.north));
   const double margin = kApart / kEarthRadius, wide = margin / std::max(0.01, std::cos(latitude));
-  const double shift = near_to(b.west, a.west) - b.west;
+  const double shift = turns_to(b, a);
   return b.west + shift - wide <= a.east && a.west - wide <= b.east + shift && b.south - margin <= a.north &&
          a.south - margin <= b.north;
 }
@@ -68,7 +72,7 @@ std::vector<CoverageArea> coverage_areas(const std::vector<CatalogueEntry>& entr
   };
   for (std::size_t i = 0; i < entries.size(); ++i) {
     if (entries[i].places.empty()) continue;
-    bounds[i] = bounds_of(entries[i], entries[i].places.front().longitude);
+    bounds[i] = bounds_of(entries[i]);
     for (std::size_t k = 0; k < i; ++k)
       if (!entries[k].places.empty() && root(k) != root(i) && are_neighbours(bounds[k], bounds[i])) {
         const std::size_t one = root(i), other = root(k);
@@ -88,12 +92,12 @@ std::vector<CoverageArea> coverage_areas(const std::vector<CatalogueEntry>& entr
     area.path_m += entries[i].path_m.value_or(0);
   }
   for (CoverageArea& area : out) {
-    const double near = entries[area.drives.front()].places.front().longitude;
+    const Bounds& first_one = bounds[area.drives.front()];
     Bounds all;
     for (const std::size_t i : area.drives) {
-      const Bounds one = bounds_of(entries[i], near);
-      all.take(one.west, one.south);
-      all.take(one.east, one.north);
+      const double shift = turns_to(bounds[i], first_one);
+      all.take(bounds[i].west + shift, bounds[i].south);
+      all.take(bounds[i].east + shift, bounds[i].north);
     }
     area.latitude_deg = (all.south + all.north) / 2 * kDegPerRad;
     area.longitude_deg = std::remainder((all.west + all.east) / 2 * kDegPerRad, kTurn);
