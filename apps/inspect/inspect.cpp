@@ -128,10 +128,11 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
-  // or later with that, a BLF with a signature. The name counts if nothing else fits: receivers' logs in ASCII have it,
-  // too.
+  // or later with that, a BLF with a signature, a table with the names of its columns. The name counts if nothing else
+  // fits: receivers' logs in ASCII have it, too.
   const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_log_of_device(types, *first);
   if (drivers::is_blf(head) || is_named_can || begins("date "sv) || begins(";$FILEVERSION="sv) ||
+      drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
       ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
     return inspect_can_log(path, dbc_path);
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
@@ -146,7 +147,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   return {nullptr, Error{ErrorCode::Unsupported,
                          fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
                                      "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin), {}CAN logs (.asc, .blf, "
-                                     ".trc, candump -L), DBC, YAML rig or scenario",
+                                     ".trc, candump -L, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
                                      path, logs)}};
 }
 

@@ -1,63 +1,27 @@
 #include "drivers/can/can_log.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "core/calendar.hpp"
 #include "drivers/can/can_errors.hpp"
+#include "drivers/can/can_log_words.hpp"
 
 namespace hueline::drivers {
 namespace {
 
+using can_words::bad;
+using can_words::decimal;
+using can_words::seconds;
+using can_words::take_bytes;
+using can_words::take_digits;
+using can_words::whole;
+using can_words::words_of;
+
 using Entry = Result<std::optional<CanLogEntry>>;
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> out;
-  for (std::size_t at = 0; at < line.size();) {
-    const std::size_t begin = line.find_first_not_of(" \t\r", at);
-    if (begin == std::string_view::npos) break;
-    const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
-    out.push_back(line.substr(begin, end - begin));
-    at = end;
-  }
-  return out;
-}
-
-template <class T>
-bool whole(std::string_view word, T& value, int base = 10) {
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value, base);
-  return error == std::errc() && end == word.data() + word.size();
-}
-
-/// Reads a time such as "12.345678" exactly, whose unit has as many nanoseconds as 1 with `places` zeros.
-bool decimal(std::string_view word, std::size_t places, nanoseconds& out) {
-  const std::size_t dot = word.find('.');
-  if (dot == std::string_view::npos || dot == 0 || word[0] == '-') return false;
-  std::string digits(word.substr(dot + 1));
-  if (digits.empty() || digits.size() > places) return false;
-  digits.resize(places, '0');
-  std::int64_t ns = 0;
-  if (!whole(std::string(word.substr(0, dot)) + digits, ns) || ns > 9'000'000'000'000'000'000) return false;
-  out = nanoseconds(ns);
-  return true;
-}
-
-/// Reads seconds such as "12.345678".
-bool seconds(std::string_view word, nanoseconds& out) { return decimal(word, 9, out); }
-
-Error bad(std::string_view line, std::string_view what) {
-  return {ErrorCode::Malformed, fmt::format("{} in '{}'", what, line.substr(0, 80))};
-}
-
-/// Reads the digits of an id; `is_extended` is set already.
-bool take_digits(std::string_view word, int base, CanFrame& frame) {
-  return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
-}
 
 bool take_id(std::string_view word, int base, CanFrame& frame) {
   if (word.ends_with('x')) {
@@ -65,15 +29,6 @@ bool take_id(std::string_view word, int base, CanFrame& frame) {
     word.remove_suffix(1);
   }
   return take_digits(word, base, frame);
-}
-
-/// Reads the first words as bytes of two hex digits each. Returns what is wrong; nothing if they are the frame's data.
-std::string_view take_bytes(std::span<const std::string_view> words, std::size_t count, CanFrame& frame) {
-  if (words.size() < count) return "a frame without its data";
-  for (std::size_t i = 0; i < count; ++i)
-    if (words[i].size() != 2 || !whole(words[i], frame.data[i], 16)) return "a byte that is none";
-  frame.length = static_cast<std::uint8_t>(count);
-  return {};
 }
 
 /// Reads an id. Error frames have the kernel's flag in an id of eight digits.
@@ -111,15 +66,27 @@ Entry take_candump_columns(std::string_view line, std::span<const std::string_vi
   return Entry(out);
 }
 
-/// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, 044##1AABB (FD), 044#R (remote).
-Entry take_candump(std::string_view line) {
-  const auto words = words_of(line);
-  CanLogEntry out;
-  if (words.size() < 3 || !words[0].ends_with(')') || !seconds(words[0].substr(1, words[0].size() - 2), out.time))
-    return bad(line, "no time and frame");
-  out.interface = words[1];
-  if (words[2].find('#') == std::string_view::npos) return take_candump_columns(line, std::span(words).subspan(2), out);
-  const std::string_view text = words[2];
+/// Reads the time in front of a line of candump and takes it off: (1436509052.249713) or (2020-04-22 10:21:45.123456).
+bool take_candump_time(std::string_view& line, nanoseconds& out) {
+  const std::size_t end = line.find(')');
+  if (end == std::string_view::npos) return false;
+  const std::string_view text = line.substr(1, end - 1);
+  line.remove_prefix(end + 1);
+  if (seconds(text, out)) return true;
+  const auto parts = words_of(text, "-: ");
+  UtcTime utc;
+  nanoseconds in_minute{};
+  if (parts.size() != 6 || !whole(parts[0], utc.year) || !whole(parts[1], utc.month) || !whole(parts[2], utc.day) ||
+      !whole(parts[3], utc.hour) || !whole(parts[4], utc.minute) || !seconds(parts[5], in_minute))
+    return false;
+  const auto minute = from_utc(utc);
+  if (!minute || in_minute > std::chrono::seconds(60)) return false;
+  out = to_unix(*minute).time_since_epoch() + in_minute;
+  return true;
+}
+
+/// Reads a frame for programs: 044#2A366C2BBA, 044##1AABB (FD), 044#R (remote).
+Entry take_candump_frame(std::string_view line, std::string_view text, CanLogEntry out) {
   const std::size_t hash = text.find('#');
   CanFrame& frame = out.frame;
   if (!take_candump_id(text.substr(0, hash), frame)) return bad(line, "no id");
@@ -170,6 +137,8 @@ Entry CanLogParser::take(std::string_view line) {
   if (begin == std::string_view::npos) return Entry(std::nullopt);
   line.remove_prefix(begin);
   if (line[0] == '(') return take_candump(line);
+  if (table_.take_head(line)) return Entry(std::nullopt);
+  if (table_.is_begun()) return table_.take(line);
   if (line[0] == ';') {
     while (line.ends_with('\r') || line.ends_with(' ')) line.remove_suffix(1);
     if (constexpr std::string_view kVersion = ";$FILEVERSION="; line.starts_with(kVersion))
@@ -185,6 +154,25 @@ Entry CanLogParser::take(std::string_view line) {
   const bool is_row = number != std::string_view::npos && number > 0;
   if (is_row && (line[number] == ')' || !columns_.empty())) return take_trc(line);
   return columns_.empty() ? take_asc(line) : Entry(std::nullopt);
+}
+
+/// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, or the form for people.
+Entry CanLogParser::take_candump(std::string_view line) {
+  CanLogEntry out;
+  std::string_view rest = line;
+  if (!take_candump_time(rest, out.time)) return bad(line, "no time and frame");
+  const auto words = words_of(rest);
+  if (words.size() < 2) return bad(line, "no time and frame");
+  out.interface = words[0];
+  const bool is_for_people = words[1].find('#') == std::string_view::npos;
+  // Times that begin at 0 and go back again and again are differences; those of two interfaces go back now and then.
+  if (candump_lines_++ == 0) begins_at_0_ = is_for_people && out.time == nanoseconds(0);
+  if (out.time < last_) ++steps_back_;
+  last_ = out.time;
+  if (begins_at_0_ && steps_back_ > 2 && steps_back_ * 5 > candump_lines_)
+    return bad(line, "a difference where a time should be (candump -t d; use candump -L)");
+  return is_for_people ? take_candump_columns(line, std::span(words).subspan(1), std::move(out))
+                       : take_candump_frame(line, words[1], std::move(out));
 }
 
 Entry CanLogParser::take_trc(std::string_view line) const {

@@ -33,10 +33,13 @@ Line read_line(std::istream& in, std::string& line) {
 
 void CanLogSource::Config::visit(Keys& keys) {
   keys.text(
-      required("file", "",
-               "A log of the bus: Vector's ASC or BLF, PEAK's TRC, or what `candump -L` or `candump -t a` writes."),
+      required(
+          "file", "",
+          "A log of the bus: Vector's ASC or BLF, PEAK's TRC, what candump writes with `-L` or `-t a`, a table (CSV) "
+          "of SavvyCAN or python-can, or a log of BUSMASTER."),
       path);
-  keys.whole({"channel", "", "The channel that is read from an ASC, BLF or TRC file.", "0: all"}, channel, {0, 255});
+  keys.whole({"channel", "", "The channel that is read from a log that has several by number.", "0: all"}, channel,
+             {0, 255});
   static const TextForm name{"1 to 15 characters",
                              [](const std::string& text) { return !text.empty() && text.size() <= 15; }};
   keys.text({"interface", "", "The interface that is read from a log of candump, such as can0.", "all"}, interface,

@@ -24,7 +24,7 @@ class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
-    int channel = 0;           ///< number of the channel that is read from an ASC, BLF or TRC log; 0 reads all channels
+    int channel = 0;           ///< number of the channel that is read, in a log that has numbers; 0 reads all channels
     std::string interface {};  ///< that is read from a log of candump; empty reads all
 
     void visit(Keys& keys);

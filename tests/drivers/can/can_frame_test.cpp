@@ -220,6 +220,102 @@ TEST(CanLog, CandumpForPeople) {
     EXPECT_FALSE(log.take(broken).ok()) << broken;
 }
 
+TEST(CanLog, CandumpByDateIsReadAndDifferencesAreRefused) {
+  CanLogParser dated;
+  auto entry = dated.take(" (2020-04-22 10:21:45.123456)  can0  123   [2]  11 22");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, nanoseconds(1'587'550'905'123'456'000));  // date -u -d '2020-04-22 10:21:45' +%s
+  EXPECT_EQ((*entry)->interface, "can0");
+  EXPECT_EQ((*entry)->frame.data[1], 0x22);
+  for (const char* broken : {" (2020-13-22 10:21:45.1)  can0  123   [0]", " (2020-04-22 10:21:61.1)  can0  123   [0]",
+                             " (2020-04-22 10:21:45.1  can0  123   [0]"})
+    EXPECT_FALSE(dated.take(broken).ok()) << broken;
+
+  const auto frames = [](const std::vector<const char*>& times) {
+    CanLogParser log;
+    int out = 0;
+    for (const char* time : times) out += log.take(std::string(" (") + time + ")  can0  123   [1]  11").ok() ? 1 : 0;
+    return out;
+  };
+  EXPECT_EQ(frames({"000.000000", "000.010000", "000.000200", "000.009900", "000.000100", "000.009000", "000.000300",
+                    "000.009000"}),
+            6);
+  EXPECT_EQ(frames({"000.000000", "000.010000", "000.009999", "000.020000", "000.030000", "000.029999"}), 6)
+      << "two interfaces";
+  EXPECT_EQ(frames({"12.0", "11.0", "10.0", "9.0", "8.0"}), 5) << "not from the beginning";
+}
+
+TEST(CanLog, TablesOfSavvyCanAndPythonCan) {
+  CanLogParser savvy;
+  ASSERT_FALSE(savvy.take("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\r")->has_value());
+  auto entry = savvy.take("4294967000,0000021A,false,Rx,1,3,FE,36,12,,,,,\r");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, std::chrono::microseconds(4'294'967'000));
+  EXPECT_EQ((*entry)->frame.id, 0x21Au);
+  EXPECT_EQ((*entry)->frame.bus, 1);
+  EXPECT_EQ((*entry)->frame.length, 3);
+  EXPECT_EQ((*entry)->frame.data[2], 0x12);
+  EXPECT_FALSE((*entry)->frame.is_extended || (*entry)->frame.is_local);
+  entry = savvy.take("704,18FEF100,true,Tx,0,8,01,02,03,04,05,06,07,08,");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, std::chrono::microseconds(4'294'968'000)) << "the counter of 32 bits has started again";
+  EXPECT_TRUE((*entry)->frame.is_extended && (*entry)->frame.is_local);
+  EXPECT_EQ((*entry)->frame.data[7], 8);
+  for (const char* broken :
+       {"1,021A,false,Rx,1,4,FE,36,12,,,,,", "1,FFF,false,Rx,1,0,,,,,,,,", "1,1,maybe,Rx,1,0,,", "x,1,false,Rx,1,0,,",
+        "1,1,false,Rx,1,65,,", "1,1,false,Rx,1,1,123,", "1,1,false,Rx,,0,,", "1,1,false"})
+    EXPECT_FALSE(savvy.take(broken).ok()) << broken;
+
+  CanLogParser python;
+  ASSERT_FALSE(python.take("timestamp,arbitration_id,extended,remote,error,dlc,data")->has_value());
+  entry = python.take("1483389946.197,0x123,0,0,0,8,ESIzRFVmd4g=");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, nanoseconds(1'483'389'946'197'000'000));
+  EXPECT_EQ((*entry)->frame.length, 8);
+  EXPECT_EQ((*entry)->frame.data, (CanFrame{.data = {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88}}.data));
+  EXPECT_EQ((*python.take("1.5,0x18fef100,1,0,0,2,//8="))->frame.data[1], 0xFF);
+  EXPECT_TRUE((*python.take("1.5,0x123,0,1,0,4,"))->frame.is_remote);
+  EXPECT_TRUE((*python.take("1.5,0x4,0,0,1,0,"))->frame.is_error);
+  EXPECT_EQ((*python.take("1.5,0x123,0,0,0,0,"))->frame.length, 0);
+  for (const char* broken : {"1.5,0x123,0,0,0,8,ESIz", "1.5,0x123,0,0,0,3,E!Iz", "1.5,0x123,0,0,0,1,E"})
+    EXPECT_FALSE(python.take(broken).ok()) << broken;
+  for (const char* other : {"x,y,z", "timestamp,id,data", "date Mon, Jan 1"})
+    EXPECT_FALSE(CanLogTable::is_head(other)) << other;
+}
+
+TEST(CanLog, LogsOfBusmaster) {
+  CanLogParser log;
+  for (const char* head : {"***BUSMASTER Ver 3.2.2***", "***PROTOCOL CAN***", "***HEX***", "***SYSTEM MODE***",
+                           "***<Time><Tx/Rx><Channel><CAN ID><Type><DLC><DataBytes>***"})
+    ASSERT_FALSE(log.take(head)->has_value()) << head;
+  auto entry = log.take("23:59:59:9420 Rx 1 0x023 s 2 40 FF");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, std::chrono::milliseconds(86'399'942));
+  EXPECT_EQ((*entry)->frame.id, 0x23u);
+  EXPECT_EQ((*entry)->frame.bus, 1);
+  EXPECT_EQ((*entry)->frame.length, 2);
+  EXPECT_EQ((*entry)->frame.data[1], 0xFF);
+  entry = log.take("00:00:00:0010 Tx 2 0x18FEF100 x 1 7F");
+  ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
+  EXPECT_EQ((*entry)->time, std::chrono::microseconds(86'400'001'000)) << "behind midnight";
+  EXPECT_TRUE((*entry)->frame.is_extended && (*entry)->frame.is_local);
+  EXPECT_TRUE((*log.take("00:00:00:0020 Rx 1 0x023 sr 4"))->frame.is_remote);
+  for (const char* broken : {"00:00:00 Rx 1 0x023 s 0", "00:00:00:0020 Rx 1 0x023 s 2 40", "00:00:00:0020 Rx 1 023",
+                             "00:00:00:0020 Rx 1 0x023 q 0", "00:00:00:0020 Rx 1 0x823 s 0"})
+    EXPECT_FALSE(log.take(broken).ok()) << broken;
+  EXPECT_FALSE(log.take("***END DATE AND TIME 19:10:2018 16:51:16:443***")->has_value());
+
+  CanLogParser relative;
+  for (const char* head : {"***BUSMASTER Ver 3.2.2***", "***DEC***", "***RELATIVE MODE***"})
+    ASSERT_FALSE(relative.take(head)->has_value());
+  EXPECT_EQ((*relative.take("00:00:01:5000 Rx 1 100 s 1 255"))->frame.data[0], 255);
+  EXPECT_EQ((*relative.take("00:00:00:2500 Rx 1 100 s 0"))->time, std::chrono::milliseconds(1750));
+  CanLogParser lin;
+  for (const char* head : {"***BUSMASTER Ver 2.0.0***", "***PROTOCOL LIN***"})
+    ASSERT_FALSE(lin.take(head)->has_value());
+  EXPECT_FALSE(lin.take("00:00:01:5000 Rx 1 0x10 s 1 FF").ok());
+}
+
 /// The rows of PEAK's traces in each version. A row without a frame is a warning, a status or an event.
 TEST(CanLog, TracesOfPeak) {
   struct Version {

@@ -104,7 +104,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         std::abort();
 
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  for (const char* head : {"", ";$COLUMNS=N,O,T,B,I,d,R,L,D", ";$COLUMNS=O,I,T,l,D"}) {
+  for (const char* head : {"", ";$COLUMNS=N,O,T,B,I,d,R,L,D", ";$COLUMNS=O,I,T,l,D", "***BUSMASTER Ver 3***",
+                           "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2", "timestamp,id,extended,error,dlc,data"}) {
     drivers::CanLogParser log;
     if (!log.take(head).ok()) std::abort();
     for (std::size_t at = 0; at < size;) {
