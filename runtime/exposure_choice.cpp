@@ -1,8 +1,12 @@
 #include "runtime/exposure_choice.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
+#include <tuple>
 
 namespace hueline::runtime {
 namespace {
@@ -20,6 +24,21 @@ bool ExposureChoice::has_number(std::uint32_t number) const {
   return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
            return range.first <= number && number <= range.second;
          });
+}
+
+Status ExposureChoice::limit(double from_s, double to_s) {
+  constexpr double kYear1990 = 3.15e8;
+  for (const auto& [name, seconds, out] : {std::tuple("--from", from_s, &from), std::tuple("--to", to_s, &to)}) {
+    if (std::isnan(seconds)) continue;
+    if (seconds < kYear1990)
+      return Error{ErrorCode::Invalid,
+                   fmt::format("{} {} is not the GPS time of an exposure: give seconds since 1980-01-06, such as "
+                               "1450000000. For seconds of the drive, take its part first (`hueline cut --from --to`)",
+                               name, seconds)};
+    *out = GpsTime(from_seconds(seconds));
+  }
+  if (from && to && *to < *from) return Error{ErrorCode::Invalid, "--to lies before --from"};
+  return {};
 }
 
 Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {

@@ -24,6 +24,9 @@ struct ExposureChoice {
   bool has_time(GpsTime time) const { return (!from || *from <= time) && (!to || time <= *to); }
   /// Reads "all", "every:N", or numbers and ranges such as "3,7,20-30". Errors: Invalid, with what is allowed.
   static Result<ExposureChoice> parse(const std::string& text);
+  /// Sets `from` and `to`, in GPS seconds; NaN leaves one out. Errors: Invalid, for a time before 1990, which is a
+  /// second of the drive or of its week, and if the end lies before the beginning.
+  Status limit(double from_s, double to_s);
 };
 
 }  // namespace hueline::runtime

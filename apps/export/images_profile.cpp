@@ -81,9 +81,8 @@ class ImagesProfile : public ExportProfile {
   int run(const ExportWords& words) override {
     auto choice = runtime::ExposureChoice::parse(exposures_);
     if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
-    if (!std::isnan(from_s_)) choice->from = GpsTime(from_seconds(from_s_));
-    if (!std::isnan(to_s_)) choice->to = GpsTime(from_seconds(to_s_));
-    if (choice->from && choice->to && *choice->to < *choice->from) throw config::ConfigError("--to lies before --from");
+    if (Status limited = choice->limit(from_s_, to_s_); !limited.ok())
+      throw config::ConfigError(limited.error().message);
     auto recording = runtime::Recording::open(words.drive, words.rig);
     if (!recording.ok()) {
       log_error(recording.error().message);

@@ -59,20 +59,13 @@ std::uint32_t width_of(const std::string& size) {
   return sides[0];
 }
 
-std::optional<GpsTime> gps_time(double seconds) {
-  if (std::isnan(seconds)) return {};
-  return GpsTime(from_seconds(seconds));
-}
-
 survey::DrivePanoramas::Config configuration(const PanoramaOptions& options) {
   survey::DrivePanoramas::Config config;
   auto choice = runtime::ExposureChoice::parse(options.exposures);
   if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
   config.choice = *choice;
-  config.choice.from = gps_time(options.from_s);
-  config.choice.to = gps_time(options.to_s);
-  if (config.choice.from && config.choice.to && *config.choice.to < *config.choice.from)
-    throw config::ConfigError("--to lies before --from");
+  if (Status limited = config.choice.limit(options.from_s, options.to_s); !limited.ok())
+    throw config::ConfigError(limited.error().message);
   config.width = width_of(options.size);
   using survey::PanoramaOrientation;
   config.orientation = options.orientation == "north"  ? PanoramaOrientation::North

@@ -312,7 +312,7 @@ def main():
     turned = (tags["GPSImgDirection"] - float(row["heading_deg"]) + 180) % 360 - 180
     if abs(tags["GPSLatitude"] - float(row["latitude_deg"])) > 1e-7 or abs(turned) > 0.02:
         fail(f"exiftool reads {tags}")
-    run(*export, "--out", "none", "--from", "10", "--to", "20", status=5)
+    run(*export, "--out", "none", "--from", "1450000010", "--to", "1450000020", status=5)
     run(*export, "--out", "x", "--exposures", "3-", status=2)
     run(*export, "--out", "brown.yaml", status=4)
     print("images: all as it should be")

@@ -93,16 +93,17 @@ simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x
 told 2 "out is required" $simulated
 told 2 "'3-' chooses no exposures; allowed: all, every:N, or numbers" $simulated --out x --exposures 3-
+told 2 'from 2 is not the GPS time of an exposure: give seconds since 1980-01-06.*hueline cut --from' $simulated --out x --from 2
 told 2 "'5-3' chooses no exposures" $simulated --out x --exposures 5-3
 told 2 "'every:0' chooses no exposures" $simulated --out x --exposures every:0
 told 2 "size 1000x700: give WIDTHxHEIGHT" $simulated --out x --size 1000x700
 told 2 "size 20000x10000: give WIDTHxHEIGHT" $simulated --out x --size 20000x10000
 told 2 "fill 1,2: give red, green and blue" $simulated --out x --fill 1,2
-told 2 "to lies before --from" $simulated --out x --from 20 --to 10
+told 2 "to lies before --from" $simulated --out x --from 1450000020 --to 1450000010
 told 2 "method.*depth.*sphere" $simulated --out x --method cube
 told 5 "the drive has no exposure 77" $simulated --out x --exposures 3,77
 [ "$(made x)" = "panorama_000003.jpg panoramas.csv " ] || fail "the exposure that there is: $(made x)"
-told 5 "0 were chosen" $simulated --out y --from 10 --to 20
+told 5 "0 were chosen" $simulated --out y --from 1450000010 --to 1450000020
 told 4 "small.yaml" $simulated --out small.yaml
 told 3 "nothing.mcap" nothing.mcap --out z
 
