@@ -23,6 +23,7 @@ struct TrajectoryRow {
   Attitude attitude{};                                       ///< of Body
   Eigen::Vector3d sigma_position = Eigen::Vector3d::Zero();  ///< of that point: one sigma east, north, up, m
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< one sigma roll, pitch, heading, rad
+  bool is_behind_gap = false;  ///< where the vehicle was between the row before and this one is not known
 };
 
 /// Makes rows of the POS's solutions: at the times of the solutions, or at a rate. Memory: the solutions of a second.
@@ -51,15 +52,15 @@ class TrajectoryRows {
   Config config_;
   fusion::Trajectory trajectory_;
   Use use_;
-  std::deque<GpsTime> times_;  // of rows to come
-  std::optional<GpsTime> newest_;
+  std::deque<GpsTime> times_;              // of rows to come
+  std::optional<GpsTime> newest_, given_;  // the newest time that was planned; the time of the latest row
   std::uint64_t missing_ = 0;
 };
 
 /// Writes rows to a file whose ending says what it is:
 ///   .out, .sbet  SBET: doubles, time in GPS seconds of the first row's week; its SMRMSG has the same name with .smrmsg
 ///   .csv         all of a row, angles in degrees
-///   .gpx, .kml, .geojson  the line, with times (not in KML)
+///   .gpx, .kml, .geojson  the line, broken at gaps (points in GeoJSON), with times (not in KML)
 /// Thread safety: none.
 class TrajectoryFile {
  public:

@@ -60,10 +60,11 @@ class Gpx : public TrajectoryFile {
         "xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>{}</name><trkseg>\n",
         name_);
   }
+  // Without heights, as in KML: programs take those of GPX for heights above the sea.
   void put(const TrajectoryRow& row, std::string& out) override {
-    out += fmt::format("<trkpt lat=\"{:.9f}\" lon=\"{:.9f}\"><ele>{:.3f}</ele><time>{}</time></trkpt>\n",
-                       row.position.latitude / kDegree, row.position.longitude / kDegree,
-                       row.position.ellipsoidal_height, utc_text(row.time));
+    if (row.is_behind_gap) out += "</trkseg><trkseg>\n";
+    out += fmt::format("<trkpt lat=\"{:.9f}\" lon=\"{:.9f}\"><time>{}</time></trkpt>\n",
+                       row.position.latitude / kDegree, row.position.longitude / kDegree, utc_text(row.time));
   }
   Status end(std::string& out) override {
     out += "</trkseg></trk>\n</gpx>\n";
@@ -88,7 +89,10 @@ class Kml : public TrajectoryFile {
   void put(const TrajectoryRow& row, std::string& out) override {
     const double longitude = row.position.longitude / kDegree, latitude = row.position.latitude / kDegree;
     // Programs draw a line from 180 to -180 degrees around the earth, so it is cut at the date line.
-    if (!is_first() && std::abs(longitude - longitude_) > 180) {
+    if (row.is_behind_gap) {
+      end_line(out);
+      begin_line(out);
+    } else if (!is_first() && std::abs(longitude - longitude_) > 180) {
       const double edge = longitude_ > 0 ? 180 : -180, before = std::abs(edge - longitude_),
                    after = std::abs(edge + longitude), share = before + after > 0 ? before / (before + after) : 0;
       const double at = latitude_ + share * (latitude - latitude_);

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "products/place_sigma.hpp"
 #include "products/trajectory_export.hpp"
@@ -7,6 +9,8 @@ namespace hueline::products {
 namespace {
 
 constexpr nanoseconds kAround{5'000'000};  // poses this far before and after tell how the point turns with the vehicle
+/// Rows of a POS that are no farther apart than this belong to one line, whatever the interpolation thinks of the gap.
+constexpr nanoseconds kLongestStep{3'000'000'000};
 
 }  // namespace
 
@@ -49,6 +53,10 @@ void TrajectoryRows::give(GpsTime time) {
   const Eigen::Vector3d arm = at->T_enu_body.rotation * config_.point_body.xyz;
   TrajectoryRow row;
   row.time = time;
+  const nanoseconds interval = from_seconds(config_.rate_hz > 0 ? 1 / config_.rate_hz : 0);
+  const nanoseconds longest = std::max({kLongestStep, config_.trajectory.max_gap, 2 * interval});
+  const auto before_this = std::exchange(given_, time);
+  row.is_behind_gap = before_this && time - *before_this > longest;
   const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(*trajectory_.origin());
   row.position = to_geodetic(T_ecef_enu * Point<Enu>{at->T_enu_body.translation + arm});
   // The attitude is that in the local level of the place, which is turned a little against that of the origin.

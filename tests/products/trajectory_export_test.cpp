@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -190,6 +192,25 @@ TEST(TrajectoryFile, LinesOfKmlEndAtTheDateLine) {
   EXPECT_EQ(lines[0], "179.980000000,-17.000000000\n179.990000000,-17.000000000\n180.000000000,-17.000100000\n");
   EXPECT_EQ(lines[1], "-180.000000000,-17.000100000\n-179.970000000,-17.000400000\n-180.000000000,-17.000228571\n");
   EXPECT_EQ(lines[2], "180.000000000,-17.000228571\n179.960000000,-17.000000000\n");
+}
+
+/// A line across a tunnel without solutions would show a road that nobody drove.
+TEST(TrajectoryFile, LinesAreBrokenAtGaps) {
+  const TemporaryFolder folder;
+  for (const double rate_hz : {0.0, 10.0, 0.1}) {
+    const auto count_gaps = [](const auto& rows) { return std::ranges::count_if(rows, &TrajectoryRow::is_behind_gap); };
+    EXPECT_EQ(count_gaps(rows_of(20, {{}, rate_hz, {}}, nullptr, 8, 9)), 0) << "too short to matter";
+    const auto rows = rows_of(40, {{}, rate_hz, {}}, nullptr, 20, 23.5);
+    const auto behind = count_gaps(rows);
+    EXPECT_EQ(behind, rate_hz == 0.1 ? 0 : 1) << rate_hz << " Hz";
+    for (const char* name : {"drive.gpx", "drive.kml"}) {
+      write(folder / name, rows);
+      const std::string text = contents(folder / name), end = name[6] == 'g' ? "</trkseg>" : "</LineString>";
+      std::int64_t lines = 0;
+      for (std::size_t at = 0; (at = text.find(end, at)) != std::string::npos; ++at) ++lines;
+      EXPECT_EQ(lines, behind + 1) << name;
+    }
+  }
 }
 
 TEST(TrajectoryFile, SaysWhichEndingsThereAre) {
