@@ -129,7 +129,9 @@ struct RigKeys {
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The file of the coloured points."}, cloud);
-    keys.section({"recording", "", "How the recording is split into files, and what of it is kept."}, rig.recording);
+    keys.section(
+        {"recording", "", "How the recording is split into files, what of it is kept, and how images are stored."},
+        rig.recording);
     keys.texts({"checklist", "",
                 "What people look at before a drive, such as the caps of the lenses: `check` shows it, and the console "
                 "asks for each.",

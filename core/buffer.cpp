@@ -90,6 +90,12 @@ Buffer Buffer::lent(std::shared_ptr<BufferLender> lender, std::span<const std::b
   return Buffer(lend(std::move(lender), const_cast<std::byte*>(bytes.data()), bytes.size()));
 }
 
+MutableBuffer MutableBuffer::of_size(std::size_t size) {
+  auto* block = allocate(size ? size : 1);
+  block->size = size;
+  return MutableBuffer(block);
+}
+
 MutableBuffer MutableBuffer::lent(std::shared_ptr<BufferLender> lender, std::span<std::byte> memory) {
   return MutableBuffer(lend(std::move(lender), memory.data(), memory.size()));
 }

@@ -92,6 +92,8 @@ class MutableBuffer {
     if (block_) detail::release(block_);
   }
 
+  /// Returns a 64-byte aligned buffer on the heap, outside any pool. Its bytes are not set.
+  static MutableBuffer of_size(std::size_t size);
   /// Refers to `memory` without a copy, with size() == memory.size(). The rest is as in Buffer::lent().
   static MutableBuffer lent(std::shared_ptr<BufferLender> lender, std::span<std::byte> memory);
 

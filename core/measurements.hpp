@@ -165,6 +165,11 @@ enum class PixelFormat : std::uint8_t { Mono8, BayerRG8, BayerBG8, BayerGR8, Bay
 /// Returns the enumerator's name.
 const char* name(PixelFormat format);
 
+/// Returns the rows down to the next one with the same colours.
+inline std::uint8_t rows_of_pattern(PixelFormat format) {
+  return format == PixelFormat::Mono8 || format == PixelFormat::Rgb8 ? 1 : 2;
+}
+
 /// A rectangle of an image, in pixels.
 struct PixelRegion {
   std::uint32_t x = 0, y = 0, width = 0, height = 0;

@@ -12,6 +12,7 @@
 
 #include "core/buffer.hpp"
 #include "core/fault.hpp"
+#include "core/pixel_rows.hpp"
 #include "core/result.hpp"
 #include "core/time.hpp"
 
@@ -40,6 +41,8 @@ struct Packet {
   /// image.
   HostTime received{};
   Buffer bytes;  ///< exactly what arrived; decoders find the device's own stamp in it
+  /// Where the samples of an uncompressed image lie in `bytes`, if the recording packs it; it changes nothing else.
+  PixelRows rows{};
 };
 using PacketPtr = std::shared_ptr<const Packet>;
 

@@ -10,6 +10,7 @@
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
 #include "core/packet.hpp"
+#include "core/pixel_rows.hpp"
 #include "drivers/device_files.hpp"
 
 /// The interface between a rig and its devices. Each kind of device has a DeviceType in its own folder and one line in
@@ -61,6 +62,8 @@ class CameraDevice : public Device {
   virtual bool must_report() const { return false; }
   /// Returns the pixel format of the packets. It may differ from the pixel format of the images that the decoder makes.
   virtual PixelFormat sent_format() const = 0;
+  /// Returns where the samples of a packet's image lie; no rows if the packet has no uncompressed image.
+  virtual PixelRows pixel_rows(std::span<const std::byte> /*packet*/) const { return {}; }
   /// Names the regions of the image whose pixels are used. The decoder may leave out the rest.
   virtual void use_only(const std::vector<PixelRegion>& regions) = 0;
 };

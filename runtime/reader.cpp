@@ -75,6 +75,8 @@ bool Reader::read_until_trouble(std::stop_token stop) {
         state_ = State::Running;
       }
       packet->sensor = sensor_;
+      if (config_.pixel_rows && packet->kind == PacketKind::Wire)
+        packet->rows = config_.pixel_rows(packet->bytes.bytes());
       if (!config_.is_recording) {
         ingest_.submit(std::move(*packet), heard);
         continue;

@@ -2,12 +2,15 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 #include <stop_token>
 #include <string>
 
 #include "core/packet.hpp"
+#include "core/pixel_rows.hpp"
 #include "runtime/ingest.hpp"
 
 namespace hueline::runtime {
@@ -25,6 +28,8 @@ class Reader {
     /// The source is a file. It is read no faster than its packets are recorded and processed. It is read only once: an
     /// error ends it, because a file that is opened again would start from its beginning.
     bool is_recording = false;
+    /// Finds the rows of an image in a packet, which the recording packs; empty: nothing is packed.
+    std::function<PixelRows(std::span<const std::byte>)> pixel_rows{};
   };
   /// What the reader is doing. Silent means connected, but without packets.
   enum class State : std::uint8_t { Connecting, Running, Silent, Ended };

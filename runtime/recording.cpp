@@ -20,6 +20,7 @@ storage::JournalHeader journal_header(const config::Rig& rig) {
   for (const auto& sensor : rig.sensors) header.sensors.push_back({sensor.name, sensor.driver()});
   header.files.push_back({"rig.yaml", "application/yaml", rig.text});
   header.about = {{"program_version", kVersion}, {"git_revision", kGitRevision}, {"rig", rig.name}};
+  header.has_packed_images = rig.recording.pack_images;
   return header;
 }
 

@@ -30,12 +30,15 @@ struct JournalHeader {
   std::vector<JournalFile> files;
   /// "program_version", "git_revision", "rig" and others; any key is allowed.
   std::map<std::string, std::string> about;
+  /// Whether packets that name their rows are stored packed (storage/packed_rows.hpp).
+  bool has_packed_images = false;
   bool operator==(const JournalHeader&) const = default;
 };
 
 constexpr const char* kJournalProfile = "hueline-raw";       ///< profile in the MCAP header
 constexpr const char* kJournalMetadata = "hueline.journal";  ///< metadata record with `about` and "format"
 constexpr const char* kJournalFormat = "1";
+constexpr const char* kPackedJournalFormat = "2";  ///< that of a recording which may have packed images
 constexpr const char* kRawPacketSchema = "hueline.RawPacket";
 /// Returns the topic of a sensor's packets.
 inline std::string raw_topic(const std::string& sensor_name) { return "/raw/" + sensor_name; }

@@ -42,6 +42,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
     header.about.erase(key);
   header.about["part_of"] = fmt::format("{}, {} s to {}", name, part.from_s,
                                         part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
+  header.has_packed_images = header.has_packed_images && !part.unpacks_images;
   JournalWriter::Config config;
   config.if_exists = IfExists::Replace;
   auto writer = JournalWriter::create(to, header, config);

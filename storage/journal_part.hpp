@@ -17,6 +17,7 @@ struct JournalPart {
   std::optional<double> to_s;  ///< empty: to the end
   /// By SensorId, whether the sensor's packets are left out; may be shorter than the sensors. hueline's own are kept.
   std::vector<bool> left_out;
+  bool unpacks_images = false;  ///< packed images are stored as they came
 };
 
 /// Decides about each packet of a recording whether it belongs to the part, and which sequence it gets there.

@@ -19,9 +19,11 @@ Result<JournalHeader> read_header(const std::filesystem::path& path, McapReader&
       header.about = metadata.values;
       const std::string format = header.about["format"];
       header.about.erase("format");
-      if (format != kJournalFormat)
+      header.has_packed_images = format == kPackedJournalFormat;
+      if (format != kJournalFormat && !header.has_packed_images)
         return Error{ErrorCode::Unsupported, path.string() + " has recording format \"" + format +
-                                                 "\", this program reads " + kJournalFormat + ": use a newer one"};
+                                                 "\", this program reads " + kJournalFormat + " and " +
+                                                 kPackedJournalFormat + ": use a newer one"};
       described = true;
     }
   for (const auto& [id, channel] : mcap.channels()) {

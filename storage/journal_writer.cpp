@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "storage/descriptor_set.hpp"
+#include "storage/packed_rows.hpp"
 #include "storage/raw_packet.hpp"
 #include "storage_proto/hueline/RawPacket.pb.h"
 
@@ -50,7 +51,7 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   // Everything that describes the packets is written before the first packet, so that the recording of a killed program
   // has it too.
   McapMetadata about{kJournalMetadata, header.about};
-  about.values["format"] = kJournalFormat;
+  about.values["format"] = header.has_packed_images ? kPackedJournalFormat : kJournalFormat;
   if (Status done = writer->add_metadata(about); !done) return done.error();
   for (const JournalFile& file : header.files)
     if (Status done = writer->add_attachment({0, 0, file.name, file.media_type, file.text}); !done) return done.error();
@@ -67,7 +68,7 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
     if (Status done = writer->add_channel(channel); !done) return done.error();
   }
   if (Status done = writer->sync(); !done) return done.error();
-  return JournalWriter(std::move(*writer), header.sensors.size(), config);
+  return JournalWriter(std::move(*writer), header, config);
 }
 
 Status JournalWriter::append(const Packet& packet, nanoseconds now) {
@@ -82,11 +83,13 @@ Status JournalWriter::append(const Packet& packet, nanoseconds now) {
     }
     chunk_begun_ = now;
   }
+  const Buffer packed = pack(packet);
+  const Buffer& payload = packed.empty() ? packet.bytes : packed;
   head_.clear();
-  append_raw_packet_head(head_, packet);
+  append_raw_packet_head(head_, packet, payload.size(), !packed.empty());
   const auto log_time = static_cast<std::uint64_t>(std::max<std::int64_t>(0, count_ns(packet.received)));
   const McapChunk::Message message{packet.sensor, static_cast<std::uint32_t>(packet.sequence), log_time, log_time};
-  if (Status written = writer_.write(message, head_, packet.bytes); !written) {
+  if (Status written = writer_.write(message, head_, payload); !written) {
     ++counts.refused;
     return written;
   }
@@ -94,6 +97,17 @@ Status JournalWriter::append(const Packet& packet, nanoseconds now) {
   counts.payload_bytes += packet.bytes.size();
   if (!last_sync_) last_sync_ = now;
   return is_sync_due(now) ? sync_at(now) : Status();
+}
+
+/// Returns a packet's image packed; nothing if it is none, does not get smaller, or too many wait for the disk.
+Buffer JournalWriter::pack(const Packet& packet) {
+  if (!has_packed_images_ || packet.rows.rows == 0) return {};
+  const std::size_t bound = packed_rows_bound(packet.bytes.size(), packet.rows);
+  MutableBuffer out = bound > 0 ? packed_.acquire(bound) : MutableBuffer();
+  if (!out) return {};
+  const std::size_t size = pack_rows(packet.bytes.bytes(), packet.rows, out.bytes());
+  out.resize(size);
+  return std::move(out).share();
 }
 
 bool JournalWriter::is_chunk_old(nanoseconds now) const { return now - *chunk_begun_ >= config_.chunk_time; }

@@ -13,14 +13,15 @@ namespace hueline::storage {
 
 /// Writes the raw recording: every packet in ingest order, bytes as received, in one MCAP file. Payloads of 4 KiB and
 /// more are not copied; their buffers are held until their chunk is written, at most `chunk_bytes` or `chunk_time`
-/// later.
+/// later. If the header says so, images are packed without loss (storage/packed_rows.hpp) where that makes them
+/// smaller.
 ///
 /// A failed write is returned by that append() and by all later ones. What was recorded before stays readable.
 /// Thread safety: none; the recorder's thread calls all functions.
 class JournalWriter {
  public:
   struct Config {
-    Compression compression = Compression::None;  ///< images cannot be compressed as fast as they arrive
+    Compression compression = Compression::None;  ///< of chunks
     std::uint64_t chunk_bytes = 4u << 20;         ///< see McapWriter::Config
     /// Longest time until data is handed to the kernel, if append() or write_due() is called then. A program that is
     /// killed loses at most the data of this time. This time and `sync_interval` are measured by the clock that
@@ -75,14 +76,20 @@ class JournalWriter {
   const std::filesystem::path& path() const { return writer_.path(); }
 
  private:
-  JournalWriter(McapWriter writer, std::size_t sensors, const Config& config)
-      : writer_(std::move(writer)), config_(config), counts_(sensors) {}
+  JournalWriter(McapWriter writer, const JournalHeader& header, const Config& config)
+      : writer_(std::move(writer)),
+        config_(config),
+        has_packed_images_(header.has_packed_images),
+        counts_(header.sensors.size()) {}
+  Buffer pack(const Packet& packet);
   bool is_chunk_old(nanoseconds now) const;
   bool is_sync_due(nanoseconds now) const;
   Status sync_at(nanoseconds now);
 
   McapWriter writer_;
   Config config_;
+  bool has_packed_images_;
+  BufferPool packed_{std::size_t{1} << 28};  // images that wait for their chunk
   std::vector<Counts> counts_;
   std::optional<nanoseconds> chunk_begun_, last_sync_;  // by the clock of append()
   Bytes head_;

@@ -1,12 +1,16 @@
 #include "storage/raw_packet.hpp"
 
+#include <utility>
+
+#include "storage/packed_rows.hpp"
+
 namespace hueline::storage {
 namespace {
 
 // Field number and wire type, which stand before each value.
 constexpr std::uint8_t kSequence = 1 << 3 | 1, kReceived = 2 << 3 | 1;                // 64 bits
 constexpr std::uint8_t kKind = 3 << 3 | 0, kShed = 4 << 3 | 0, kSensor = 5 << 3 | 0;  // varint
-constexpr std::uint8_t kPayload = 6 << 3 | 2;                                         // length and bytes
+constexpr std::uint8_t kPayload = 6 << 3 | 2, kPacked = 7 << 3 | 2;                   // length and bytes
 
 void append_varint(Bytes& out, std::uint64_t value) {
   for (; value >= 0x80; value >>= 7) append(out, static_cast<std::uint8_t>(value | 0x80));
@@ -27,7 +31,7 @@ bool take_varint(ByteReader& in, std::uint64_t& value) {
 
 }  // namespace
 
-void append_raw_packet_head(Bytes& out, const Packet& packet) {
+void append_raw_packet_head(Bytes& out, const Packet& packet, std::size_t payload_bytes, bool is_packed) {
   append(out, kSequence);
   append(out, packet.sequence);
   append(out, kReceived);
@@ -38,8 +42,8 @@ void append_raw_packet_head(Bytes& out, const Packet& packet) {
   append(out, static_cast<std::uint8_t>(packet.shed));
   append(out, kSensor);
   append_varint(out, packet.sensor);
-  append(out, kPayload);
-  append_varint(out, packet.bytes.size());
+  append(out, is_packed ? kPacked : kPayload);
+  append_varint(out, payload_bytes);
 }
 
 Result<Packet> decode_raw_packet(const Buffer& message) {
@@ -59,7 +63,12 @@ Result<Packet> decode_raw_packet(const Buffer& message) {
       case 2:
         sound = take_varint(in, value);
         if (tag == kPayload) packet.bytes = message.part(in.position(), static_cast<std::size_t>(value));
-        in.take_bytes(value);
+        if (const ByteView bytes = in.take_bytes(value); tag == kPacked) {
+          auto unpacked = unpack_rows(bytes);
+          if (!unpacked.ok()) return unpacked.error();
+          packet.bytes = std::move(unpacked->payload);
+          packet.rows = unpacked->rows;
+        }
         break;
       case 5:
         in.take<std::uint32_t>();

@@ -31,6 +31,12 @@ void RecordingConfig::visit(Keys& keys) {
        "A power cut loses at most the data of this time. It is forced to the disk's medium after three quarters "
        "of it, and the disk has the last quarter for that."},
       power_cut_s, {0.1, 600});
+  keys.flag({"pack_images", "",
+             "Whether images that come uncompressed (Bayer mosaics and other pixels of GenICam and V4L2 cameras) are "
+             "stored packed, without loss: in a quarter to four fifths of their bytes, for less than a tenth of a "
+             "processor core per 300 MB/s. Other programs do not read packed images "
+             "([format](formats.md#packed-images))."},
+            pack_images);
   keys.texts({"volumes", "",
               "Folders on other disks, where the recording goes on when less than 64 MB are left on its own disk, or "
               "when that disk fails. The drive's folder then has symbolic links to those segments.",

@@ -20,6 +20,7 @@ struct RecordingConfig {
   double mark_before_min = 5;  ///< minutes before an operator's mark that a ring keeps
   double mark_after_min = 5;   ///< the same after it
   std::vector<std::string> volumes;
+  bool pack_images = false;  ///< images are stored packed, without loss (storage/packed_rows.hpp)
 
   void visit(Keys& keys);
   KeyError validate() const;

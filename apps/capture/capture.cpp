@@ -52,6 +52,9 @@ std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const
     runtime::Reader::Config reader;
     reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
     reader.is_recording = sensor.device->arrivals() != drivers::Arrivals::Live;
+    if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get());
+        camera && rig.recording.pack_images)
+      reader.pixel_rows = [camera](std::span<const std::byte> packet) { return camera->pixel_rows(packet); };
     sources.push_back({sensor.id, sensor.name, sensor.device->make_source(pool), reader, sensor.type->is_sheddable});
   }
   if (!rig.sync.self_timed) return sources;

@@ -19,6 +19,7 @@ struct CutOptions {
   std::string recording, out;
   double from_s = 0, to_s = -1;
   std::vector<std::string> without;
+  bool unpack = false;
 };
 
 /// Returns the sensors that are left out, by their numbers, or says which there are.
@@ -52,7 +53,7 @@ int cut(const CutOptions& options, bool recovers) {
     log_error(left_out.error().message);
     return kWrongUse;
   }
-  storage::JournalPart which{options.from_s, {}, *left_out};
+  storage::JournalPart which{options.from_s, {}, *left_out, options.unpack};
   if (options.to_s >= 0) which.to_s = options.to_s;
   if (which.to_s && *which.to_s <= which.from_s) {
     log_error("--to {} is not after --from {}", *which.to_s, which.from_s);
@@ -90,6 +91,8 @@ void add_cut(Command& all) {
   command.setting("--from", options->from_s, "s after the recording's first packet, as in the verdict", {0, 1e9});
   command.option("--to", options->to_s, "likewise; default: the recording's end", {0, 1e9});
   command.option("--without", options->without, "sensors that are left out, by their names");
+  command.flag("--unpack", options->unpack,
+               "store images that the recording packs (pack_images in the rig) as they came, for other programs");
   command.footer(
       "A replay of the new recording begins with clocks that know nothing: begin 30 s before what you want to see.");
   command.runs([options] { return cut(*options, false); });

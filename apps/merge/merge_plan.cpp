@@ -182,6 +182,7 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
                     {"sensors", kept},
                     {"left_out", left_out},
                     {"clock", clock_json(journals[0], journal, *relation)}});
+    out.header.has_packed_images |= journal.recording.journal->header().has_packed_images;
     out.header.files.push_back({fmt::format("rig_{}.yaml", i + 1), "application/yaml", journal.recording.rig.text});
     const bool is_ring = has_rings_gaps_only(journal);
     if (is_ring)

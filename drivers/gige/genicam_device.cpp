@@ -48,6 +48,17 @@ std::unique_ptr<Decoder> GenicamDevice::make_decoder() const { return std::make_
 
 void GenicamDevice::use_only(const std::vector<PixelRegion>& regions) { planes_.use_only(regions, width_, height_); }
 
+PixelRows GenicamDevice::pixel_rows(std::span<const std::byte> packet) const {
+  const auto header = decode_image_header(packet);
+  if (!header.ok() || payload_ != ImagePayload::Rows) return {};
+  const auto format = pixel_format_of(header->pfnc);
+  if (!format) return {};
+  return {.offset = kImageHeaderSize,
+          .stride = header->stride,
+          .rows = header->height,
+          .colour_rows = rows_of_pattern(*format)};
+}
+
 GenicamConfig GenicamDevice::source() const {
   GenicamConfig out = camera_;
   if (payload_ == ImagePayload::Rows) {

@@ -20,6 +20,7 @@ class GenicamDevice final : public CameraDevice {
   nanoseconds exposure() const override { return camera_.exposure.value_or(nanoseconds(0)); }
   bool must_report() const override { return camera_.auto_exposure; }
   PixelFormat sent_format() const override { return source().pixel_format; }
+  PixelRows pixel_rows(std::span<const std::byte> packet) const override;
   void use_only(const std::vector<PixelRegion>& regions) override;
 
   /// Returns the settings that are sent to the camera.

@@ -18,6 +18,7 @@ class V4l2Device final : public CameraDevice {
 
   nanoseconds exposure() const override { return config_.exposure.value_or(nanoseconds(0)); }
   PixelFormat sent_format() const override;
+  PixelRows pixel_rows(std::span<const std::byte> packet) const override;
   void use_only(const std::vector<PixelRegion>&) override {}
 
  private:

@@ -113,7 +113,7 @@ TEST(JournalReader, SaysThatAnotherFileIsNoRecording) {
 TEST(RawPacket, IsWhatProtobufWrites) {
   for (const Packet& p : sample_packets(40)) {
     Bytes bytes;
-    append_raw_packet_head(bytes, p);
+    append_raw_packet_head(bytes, p, p.bytes.size());
     append(bytes, p.bytes.bytes());
     ::hueline::RawPacket theirs;
     ASSERT_TRUE(theirs.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));

@@ -9,6 +9,7 @@
 #include "storage/crc32.hpp"
 #include "storage/journal_reader.hpp"
 #include "storage/journal_writer.hpp"
+#include "storage/packed_rows.hpp"
 #include "tests/storage/fuzz_file.hpp"
 #include "tests/storage/sample_packets.hpp"
 
@@ -85,6 +86,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::string file = edited(data[0] % 4 == 0 ? packed : data[0] % 4 == 1 ? packed_lz4 : plain, data + 1, size - 1);
   if (data[0] % 4 == 3) mend_chunk_crcs(file);
   read_all(file);
+  if (const auto image = unpack_rows(std::as_bytes(std::span(data, size))); image.ok())
+    for (const std::byte b : image->payload.bytes()) read_bytes += static_cast<std::uint8_t>(b);
   read_all(std::string(reinterpret_cast<const char*>(kMcapMagic.data()), kMcapMagic.size()) +
            std::string(reinterpret_cast<const char*>(data), size));
   return 0;

@@ -14,6 +14,7 @@
 #include "storage/journal_writer.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/packed_rows.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
 #include "tests/support/bench.hpp"
@@ -214,6 +215,70 @@ const bool compares_with_fio = std::system("command -v fio >/dev/null") == 0 &&
                                        ->Unit(benchmark::kMillisecond) != nullptr;
 
 /// Measures the cost of a packet, with small packets only.
+/// Returns a Bayer image whose noise is that of a bright scene with eight bits.
+std::vector<std::byte> bayer_image(const PixelRows& rows) {
+  std::vector<std::byte> out(rows.offset + std::size_t{rows.stride} * rows.rows);
+  std::uint32_t seed = 1;
+  const auto random = [&] { return (seed = seed * 1664525u + 1013904223u) >> 29; };
+  for (std::size_t row = 0; row < rows.rows; ++row)
+    for (std::size_t i = 0; i < rows.stride; ++i) {
+      const std::size_t colour = 40 * (row % 2) + 25 * (i % 2), scene = (row / 16 + i / 8) % 96;
+      out[rows.offset + row * rows.stride + i] = static_cast<std::byte>(colour + scene + random() + random());
+    }
+  return out;
+}
+
+/// pack, unpack: bytes a second of an image as a share of those of a memory copy in the same run. zstd: the share of
+/// Zstandard at its fastest ordinary level. size, zstd_size: what is left of the image.
+void packed_images_against_memory_copy(benchmark::State& state) {
+  const std::uint32_t side = test::sized(2048u, 256u);
+  const PixelRows rows{64, side, side, 1, 2};
+  const auto image = bayer_image(rows);
+  const std::vector<Buffer> images(test::sized(8, 2), Buffer::copy_of(image));
+  std::vector<std::byte> copy(image.size()), packed(packed_rows_bound(image.size(), rows));
+  Bytes zstd;
+  double copied = 0, packing = 0, unpacking = 0, compressing = 0;
+  std::size_t size = 0;
+  bool is_same = true;
+  for (auto _ : state) {
+    auto start = Clock::now();
+    for (const Buffer& one : images) {
+      std::memcpy(copy.data(), one.data(), one.size());
+      benchmark::DoNotOptimize(copy.data());
+      benchmark::ClobberMemory();
+    }
+    copied += seconds(start);
+    start = Clock::now();
+    for (const Buffer& one : images) size = pack_rows(one.bytes(), rows, packed);
+    packing += seconds(start);
+    state.SetIterationTime(seconds(start));
+    start = Clock::now();
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const auto back = unpack_rows(std::span(packed).first(size));
+      is_same = is_same && back.ok() && back->payload.size() == image.size();
+      if (i == 0 && is_same) is_same = std::ranges::equal(back->payload.bytes(), image);
+    }
+    unpacking += seconds(start);
+    start = Clock::now();
+    const ByteView whole(image);
+    zstd.clear();
+    is_same = is_same && compress(Compression::Zstd, std::span(&whole, 1), zstd).ok();
+    compressing += seconds(start) * static_cast<double>(images.size());
+  }
+  test::expect(state, is_same && size > 0, "the image comes back as it was");
+  state.counters["pack"] = copied / packing;
+  state.counters["unpack"] = copied / unpacking;
+  state.counters["zstd"] = copied / compressing;
+  state.counters["size"] = static_cast<double>(size) / static_cast<double>(image.size());
+  state.counters["zstd_size"] = static_cast<double>(zstd.size()) / static_cast<double>(image.size());
+  state.counters["pack_MB/s"] =
+      static_cast<double>(image.size() * images.size()) * 1e-6 * static_cast<double>(state.iterations()) / packing;
+}
+BENCHMARK(packed_images_against_memory_copy)
+    ->UseManualTime()
+    ->Iterations(test::sized(20, 1))
+    ->Unit(benchmark::kMillisecond);
+
 void journal_small_packets(benchmark::State& state) {
   std::vector<Packet> packets;
   const Buffer laser = test::pattern_buffer(1206, 2);

@@ -14,7 +14,7 @@ fail() { echo "FAILED: $*"; exit 1; }
 
 $simulator simulate "$scenario" --out sim --write-rig rig.yaml $ports
 echo 'watch: {images_per_s: 4}' >>rig.yaml
-echo 'recording: {segment_mb: 2}' >>rig.yaml
+echo 'recording: {segment_mb: 2, pack_images: true}' >>rig.yaml
 $simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 devices=$!
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet || { cat devices.txt; fail "capture"; }
