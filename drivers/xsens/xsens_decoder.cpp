@@ -13,6 +13,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/geodesy.hpp"
 #include "drivers/xsens/xbus_form.hpp"
 #include "drivers/xsens/xsens_epoch.hpp"
 
@@ -35,6 +36,7 @@ enum Data : std::uint16_t {
   kEuler = 0x2030,
   kAcceleration = 0x4020,
   kAltitude = 0x5020,
+  kPositionEcef = 0x5030,
   kLatLon = 0x5040,
   kGnssPvt = 0x7010,
   kRateOfTurn = 0x8020,
@@ -43,10 +45,10 @@ enum Data : std::uint16_t {
 };
 enum Frame : int { kNed = 4, kNwu = 8 };  // else east, north, up
 
-/// Up to four numbers, or none.
+/// Up to nine numbers, or none.
 struct Numbers {
   bool is_there = false;
-  std::array<double, 4> values{};
+  std::array<double, 9> values{};
   explicit operator bool() const { return is_there; }
   double operator[](std::size_t i) const { return values[i]; }
   Eigen::Vector3d vector() const { return {values[0], values[1], values[2]}; }
@@ -81,10 +83,36 @@ Numbers numbers(std::uint16_t id, std::span<const std::byte> data, std::size_t c
   return out;
 }
 
+/// Takes a place in the Earth's frame, if it is one near the ground.
+void take_ecef(const Eigen::Vector3d& place, XsensEpoch& epoch) {
+  constexpr double kDeepest_m = 6.3e6, kHighest_m = 6.5e6;
+  if (const double radius = place.norm(); !(radius > kDeepest_m && radius < kHighest_m)) return;
+  const Geodetic found = to_geodetic(Point<Ecef>{place});
+  epoch.latitude_deg = found.latitude / kRadPerDeg;
+  epoch.longitude_deg = found.longitude / kRadPerDeg;
+  epoch.height_m = found.ellipsoidal_height;
+}
+
 /// Returns UTC at `at` of the data: year, month, day, hour, minute, second.
 UtcTime calendar(std::span<const std::byte> data, std::size_t at) {
   const auto u8 = [&](std::size_t i) { return static_cast<int>(data[at + i]); };
   return {stream_field_big<std::uint16_t>(data, at), u8(2), u8(3), u8(4), u8(5), u8(6), 0};
+}
+
+/// Returns the orientation that the numbers state, in the local frame that the identifier `id` names.
+std::optional<Eigen::Quaterniond> orientation(std::uint16_t id, const Numbers& n) {
+  switch (id & 0xFFF0) {
+    case kQuaternion:
+      return xsens_quaternion(n[0], n[1], n[2], n[3]);
+    case kRotationMatrix: {
+      // The matrix comes by its columns, the axes of the sensor.
+      const Eigen::Matrix3d R = Eigen::Map<const Eigen::Matrix3d>(n.values.data());
+      if (!(R * R.transpose()).isIdentity(0.01) || R.determinant() < 0) return std::nullopt;
+      return Eigen::Quaterniond(R).normalized();
+    }
+    default:
+      return xsens_euler(n[0], n[1], n[2]);
+  }
 }
 
 Eigen::Matrix3d enu_from_nwu() {
@@ -134,15 +162,15 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
         if (size == 2) count(stream_field_big<std::uint16_t>(value, 0), received);
         break;
       case kQuaternion:
+      case kRotationMatrix:
       case kEuler: {
-        const bool is_quaternion = (id & 0xFFF0) == kQuaternion;
-        const auto found = numbers(id, value, is_quaternion ? 4 : 3);
+        const int kind = id & 0xFFF0;
+        const auto found = numbers(id, value, kind == kQuaternion ? 4 : kind == kRotationMatrix ? 9 : 3);
         fault_once(frame == kNed, is_ned_, FaultKind::Implausible, received,
                    "the orientation is in north-east-down, whose axes depend on the device's settings: not used; set "
                    "the output to ENU or NWU");
         if (!found || frame == kNed) break;
-        const auto q = is_quaternion ? xsens_quaternion(found[0], found[1], found[2], found[3])
-                                     : xsens_euler(found[0], found[1], found[2]);
+        const auto q = orientation(id, found);
         if (!q) break;
         epoch.R_enu_sensor = frame == kNwu ? Eigen::Quaterniond(enu_from_nwu() * q->toRotationMatrix()) : *q;
         break;
@@ -162,6 +190,9 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
           epoch.longitude_deg = found[1];
         }
         break;
+      case kPositionEcef:
+        if (const auto found = numbers(id, value, 3); found && !epoch.latitude_deg) take_ecef(found.vector(), epoch);
+        break;
       case kVelocity:
         if (const auto found = numbers(id, value, 3)) {
           const Eigen::Vector3d v = found.vector();
@@ -180,8 +211,10 @@ bool XsensDecoder::take_data(std::span<const std::byte> data, HostTime received)
         break;
     }
   }
-  fault_once(epoch.needs_time() && !epoch.time, has_no_time_, FaultKind::NoTime, received,
-             "no UTC time, or one that is not fully resolved: ask the device for UtcTime; nothing is stamped");
+  // Messages that need no time, as those with GNSS data alone, say nothing of the others.
+  if (epoch.needs_time())
+    fault_once(!epoch.time, has_no_time_, FaultKind::NoTime, received,
+               "no UTC time, or one that is not fully resolved: ask the device for UtcTime; nothing is stamped");
   if (!epoch.time) return is_used;
   if (auto second = seconds_.take(*epoch.time, {})) emit(*second, received);
   if (auto sample = epoch.sample()) {

@@ -14,8 +14,9 @@ namespace hueline::drivers {
 /// time).
 ///
 ///   data of one message                                    measurement
-///   orientation, latitude and longitude, altitude,         InsSolution
-///     velocity
+///   orientation as quaternion, matrix or Euler angles,     InsSolution
+///     latitude and longitude with altitude, or place in
+///     the Earth's frame; velocity
 ///   acceleration and rate of turn                          ImuSample
 ///   GNSS PVT data                                          GnssFix
 ///   UTC time                                               stamps all of these; the first of a second: TimeLabel

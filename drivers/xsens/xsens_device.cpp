@@ -28,6 +28,6 @@ constinit const DeviceType kXsens{
     .is_sheddable = false,
     .make = make_device<StreamDevice<XsensDecoder, XsensTraits>>,
     .files = {.log = {.format = "Xsens MTi", .ending = ".mtb", .is_beginning = is_xsens_log}},
-    .solutions = "orientation, latitude and longitude, ellipsoidal altitude and UTC time in one packet"};
+    .solutions = "orientation, latitude and longitude, ellipsoidal altitude, velocity and UTC time in one packet"};
 
 }  // namespace hueline::drivers

@@ -85,8 +85,27 @@ TEST(Xsens, EulerAndQuaternionInEachFrame) {
   EXPECT_NEAR(heading(datum(0x2013, big(1.0) + big(0.0) + big(0.0) + big(0.0))), 90, 1e-9);
   EXPECT_NEAR(heading(datum(0x2031, big(std::int32_t{0}) + big(std::int32_t{0}) + big(std::int32_t{90 << 20}))), 0,
               1e-4);
+  // By columns: the sensor's forward axis is the north, its left the west.
+  EXPECT_NEAR(std::remainder(heading(datum(0x2020, floats({0, 1, 0, -1, 0, 0, 0, 0, 1}))), 360), 0, 1e-4);
+  EXPECT_NEAR(heading(datum(0x2028, floats({0, -1, 0, 1, 0, 0, 0, 0, 1}))), 90, 1e-4);
+  EXPECT_EQ(heading(datum(0x2020, floats({1, 0, 0, 0, 1, 0, 0, 0, -1}))), -1);  // a mirror is no orientation
+  EXPECT_EQ(heading(datum(0x2020, floats({1, 0, 0, 0}))), -1);
   EXPECT_EQ(heading(euler(4)), -1);
   EXPECT_THAT(decode(message(0x36, utc() + euler(4) + place())).faults(), ElementsAre(FaultKind::Implausible));
+}
+
+TEST(Xsens, PlaceInTheEarthsFrame) {
+  const auto place_of = [](double x, double y, double z) {
+    return decode(message(0x36, utc() + euler() + datum(0x5033, big(x) + big(y) + big(z)) +
+                                    datum(0xD010, floats({4, 3, 0.5f})) + datum(0xE020, big(std::uint32_t{7}))))
+        .all<InsSolution>();
+  };
+  const auto all = place_of(4285941.03021, 640538.17869, 4664777.63538);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_NEAR(all[0].position.latitude, 47.3 * kRadPerDeg, 1e-11);
+  EXPECT_NEAR(all[0].position.longitude, 8.5 * kRadPerDeg, 1e-11);
+  EXPECT_NEAR(all[0].position.ellipsoidal_height, 450, 1e-4);
+  EXPECT_TRUE(place_of(0, 0, 0).empty());
 }
 
 TEST(Xsens, InertialSamplesInOurAxes) {
@@ -107,6 +126,9 @@ TEST(Xsens, ATimeThatIsNotResolvedStampsNothing) {
     EXPECT_TRUE(heard.all<TimeLabel>().empty());
     EXPECT_THAT(heard.faults(), ElementsAre(FaultKind::NoTime));
   }
+  // Messages that need no time between them do not tell it anew.
+  const Bytes untimed = message(0x36, euler() + place()), other = message(0x36, datum(0x1060, big(std::uint32_t{5})));
+  EXPECT_THAT(decode(untimed + other + untimed + other + untimed).faults(), ElementsAre(FaultKind::NoTime));
 }
 
 TEST(Xsens, CounterErrorsAndLongMessages) {
