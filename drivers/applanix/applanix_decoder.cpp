@@ -30,6 +30,7 @@ std::vector<std::unique_ptr<MessageForm>> applanix_forms() {
   return out;
 }
 
+constexpr int kRollover = 1024;
 constexpr int kFirstWeek = 1668;  // of 2012
 
 enum Scale : int { kGps = 1, kUtc = 2 };
@@ -166,7 +167,9 @@ void ApplanixDecoder::take_status(Group group) {
   const auto week = stream_field<std::uint32_t>(group, week_at);
   if (week == 0 || week >= 10000) return;
   week_ = static_cast<int>(week);
-  while (*week_ < kFirstWeek) *week_ += 1024;
+  // A larger number was counted from 1980 on, such as that of a drive in 2009.
+  if (*week_ < kRollover)
+    while (*week_ < kFirstWeek) *week_ += kRollover;
   const double offset = std::abs(stream_field<double>(group, week_at + 4));  // its sign differs between firmwares
   if (offset > 0 && offset < 100) utc_offset_ = std::chrono::seconds(std::lround(offset));
 }

@@ -144,6 +144,11 @@ TEST(Applanix, WithoutWeekOrScaleNothingIsStamped) {
 
 TEST(Applanix, WeeksModulo1024AndTheTurnOfTheWeek) {
   EXPECT_EQ(decode(status(2408 - 2048) + navigation({100, 7})).all<InsSolution>().at(0).time, at(100));
+  // A week that no count modulo 1024 gives is as it is: a drive in 2009.
+  EXPECT_EQ(decode(status(1556, 15) + navigation({100, 7})).all<InsSolution>().at(0).time,
+            from_gps_week(1556, std::chrono::seconds(100)));
+  EXPECT_EQ(decode(status(1023) + navigation({100, 7})).all<InsSolution>().at(0).time,
+            from_gps_week(2047, std::chrono::seconds(100)));
   const auto all = decode(status(2407) + navigation({604'799.5, 7}) + navigation({0.5, 7})).all<InsSolution>();
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[1].time - all[0].time, std::chrono::seconds(1));
