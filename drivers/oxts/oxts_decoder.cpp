@@ -27,6 +27,12 @@ std::vector<std::unique_ptr<MessageForm>> oxts_forms() {
 enum State : int { kInitialising = 2, kLocking = 3, kLocked = 4, kTriggered = 20, kLastTriggered = 22 };
 constexpr std::uint8_t kTooOld = 150;  // an accuracy with this age is not valid
 constexpr auto kSigmaHolds = std::chrono::seconds(5);
+constexpr int kMinuteMs = 60'000;
+/// A packet that is so much behind the one before was overtaken on its way.
+constexpr int kOvertakenMs = 1000;
+/// A gap that is longer by the packets' own times, or by their arrivals, may as well be longer by whole minutes.
+constexpr int kLongestGapMs = 5000;
+constexpr auto kLongestSilence = std::chrono::seconds(30);
 
 /// Returns a signed number of 24 bits; nothing for the number that means "not known".
 std::optional<double> number24(std::span<const std::byte> bytes, std::size_t at) {
@@ -56,6 +62,7 @@ void OxtsDecoder::forget() {
   velocity_.reset();
   attitude_.reset();
   triggers_ = {};
+  latest_received_ = {};
   seconds_.forget();
 }
 
@@ -66,11 +73,13 @@ bool OxtsDecoder::take(const Message& message) {
   const bool is_trigger = state >= kTriggered && state <= kLastTriggered;
   const bool has_navigation = state >= kInitialising && state <= kLocked;
   // The minute is that of this packet, so it is read before the packet's own time.
-  const bool is_channel_used = take_channel(channel, packet.subspan(63, 8), state, message.received);
+  const int ms = stream_field<std::uint16_t>(packet, 1);
+  if (message.received - std::exchange(latest_received_, message.received) > kLongestSilence) minute_.reset();
+  const bool is_channel_used = take_channel(channel, packet.subspan(63, 8), ms, state, message.received);
   if (!has_navigation || is_trigger) return is_channel_used;
-  const auto time = time_of(stream_field<std::uint16_t>(packet, 1));
+  const auto time = time_of(ms);
   fault_once(!time, has_no_time_, FaultKind::NoTime, message.received,
-             "no minute of channel 0 yet: the packets have the time within a minute only");
+             "no minute of channel 0 yet, or none since a long gap: the packets have the time within a minute only");
   if (!time) return is_channel_used;
   watch("NCOM", *time, message);
   if (state >= kLocking)
@@ -78,15 +87,21 @@ bool OxtsDecoder::take(const Message& message) {
   return take_solution(packet, state, *time, message.received) || is_channel_used;
 }
 
-bool OxtsDecoder::take_channel(int channel, Content content, int state, HostTime received) {
+bool OxtsDecoder::take_channel(int channel, Content content, int ms, int state, HostTime received) {
   switch (channel) {
     case 0: {
       if (state < kInitialising || state > kLocked) return false;
       const auto minute = stream_field<std::int32_t>(content, 0);
       // From 2000 to 2100; before the first fix it is 0 or anything.
-      if (minute < 10'500'000 || minute > 63'000'000) return false;
+      if (minute < 10'500'000 || minute > 63'000'000 || ms >= kMinuteMs) return false;
+      const auto carried = carried_minute(ms);
+      if (state >= kLocking && carried && *carried != minute)
+        fault(FaultKind::LabelConflict, received, 1,
+              fmt::format("channel 0 says a minute that is {} from the one before, which was carried on: packets "
+                          "between the two, behind a gap, have a wrong time",
+                          minute - *carried));
       minute_ = minute;
-      latest_ms_ = 0;
+      latest_ms_ = ms;
       return true;
     }
     case 3:
@@ -103,18 +118,18 @@ bool OxtsDecoder::take_channel(int channel, Content content, int state, HostTime
       auto& counter = triggers_[channel == 24 ? 0 : 1];
       const auto count = stream_field<std::uint8_t>(content, 7);
       const auto minute = stream_field<std::int32_t>(content, 0);
-      const auto ms = stream_field<std::uint16_t>(content, 4);
+      const auto trigger_ms = stream_field<std::uint16_t>(content, 4);
       // The channel repeats the latest trigger; the first that is heard may be an old one.
       const bool is_new = counter && *counter != count;
       const bool is_first = !counter;
       counter = count;
-      if (minute < 10'500'000 || minute > 63'000'000 || ms >= 60'000 || (!is_new && !is_first)) return false;
+      if (minute < 10'500'000 || minute > 63'000'000 || trigger_ms >= kMinuteMs || (!is_new && !is_first)) return false;
       EventMark mark;
-      mark.time = GpsTime(minutes(minute) + milliseconds(ms) +
+      mark.time = GpsTime(minutes(minute) + milliseconds(trigger_ms) +
                           std::chrono::microseconds(4 * stream_field<std::int8_t>(content, 6)));
       mark.input = channel == 24 ? 1 : 2;
       mark.pulse_count = count;
-      mark.is_valid = state >= kLocking;
+      mark.is_valid = state >= kLocking && state != kTriggered;  // that one is a trigger while initialising
       if (is_first && latest_ && *latest_ - mark.time > std::chrono::seconds(10)) return false;  // of before
       emit(mark, received);
       return true;
@@ -135,12 +150,30 @@ void OxtsDecoder::take_sigma(std::optional<Sigma>& sigma, Content content, doubl
   sigma = taken;
 }
 
+/// Returns the minute of a packet that says it is `ms` within it: it follows the packet before, unless a gap is
+/// between.
+std::optional<std::int64_t> OxtsDecoder::carried_minute(int ms) const {
+  if (!minute_) return {};
+  const int step = (ms - latest_ms_ + kMinuteMs) % kMinuteMs;
+  if (step >= kMinuteMs - kOvertakenMs) return *minute_ - (ms > latest_ms_ ? 1 : 0);
+  if (step > kLongestGapMs) return {};
+  return *minute_ + (ms < latest_ms_ ? 1 : 0);
+}
+
 std::optional<GpsTime> OxtsDecoder::time_of(int ms) {
-  if (!minute_ || ms >= 60'000) return {};
-  if (ms < 2000 && latest_ms_ > 58'000) ++*minute_;
+  if (ms >= kMinuteMs) return {};
+  const auto minute = carried_minute(ms);
+  if (!minute) {
+    minute_.reset();
+    return {};
+  }
+  const GpsTime time(minutes(*minute) + milliseconds(ms));
+  const bool is_overtaken = *minute < *minute_ || (*minute == *minute_ && ms < latest_ms_);
+  if (is_overtaken) return time;
+  minute_ = minute;
   latest_ms_ = ms;
-  latest_ = GpsTime(minutes(*minute_) + milliseconds(ms));
-  return latest_;
+  latest_ = time;
+  return time;
 }
 
 bool OxtsDecoder::take_solution(Content packet, int state, GpsTime time, HostTime received) {

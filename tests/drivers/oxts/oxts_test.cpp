@@ -89,6 +89,60 @@ TEST(Oxts, WithoutAMinuteNothingIsStamped) {
   EXPECT_THAT(heard.faults(), ElementsAre(FaultKind::NoTime));
 }
 
+TEST(Oxts, BehindALongGapTheMinuteIsWaitedFor) {
+  // By the times within the minute 40 s are missing; it may be 100 s or more.
+  const Heard heard = decode(packet(10'000, 0, minute()) + packet(50'000, 3, accuracy(1, 1, 1)) +
+                             packet(50'010, 0, minute(kMinute + 1)) + packet(50'020, 3, accuracy(1, 1, 1)));
+  const auto all = heard.all<InsSolution>();
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[1].time, at(110'010));
+  EXPECT_EQ(all[2].time, at(110'020));
+  EXPECT_THAT(heard.faults(), testing::Contains(FaultKind::NoTime));
+}
+
+TEST(Oxts, AGapOfWholeMinutesIsTold) {
+  const auto faults = decode(packet(10'000, 0, minute()) + packet(10'010, 3, accuracy(1, 1, 1)) +
+                             packet(10'020, 0, minute(kMinute + 1)) + packet(10'030, 3, accuracy(1, 1, 1)))
+                          .faults();
+  EXPECT_THAT(faults, ElementsAre(FaultKind::LabelConflict));
+  EXPECT_TRUE(decode(packet(59'990, 0, minute()) + packet(10, 0, minute(kMinute + 1))).faults().empty());
+}
+
+TEST(Oxts, BehindALongSilenceTheMinuteIsWaitedFor) {
+  OxtsDecoder decoder({});
+  std::vector<Measurement> out;
+  std::int64_t second = 0;
+  // 2 minutes and 10 ms pass between the first two packets, as their arrivals tell.
+  for (const Bytes& bytes : {packet(10'000, 0, minute()), packet(10'010, 3, accuracy(1, 1, 1)),
+                             packet(10'020, 0, minute(kMinute + 2)), packet(10'030, 3, accuracy(1, 1, 1))}) {
+    Packet one;
+    one.received = host_time_ns(1'000'000'000 + (second > 0 ? 120'000'000'000 : 0) + 10'000'000 * second);
+    ++second;
+    one.bytes = Buffer::copy_of(std::as_bytes(std::span(bytes)));
+    decoder.decode(one, out);
+  }
+  std::vector<GpsTime> times;
+  for (const Measurement& m : out)
+    if (const auto* solution = std::get_if<InsSolution>(&m)) times.push_back(solution->time);
+  EXPECT_THAT(times, ElementsAre(at(10'000), at(130'020), at(130'030)));
+}
+
+TEST(Oxts, AGapOverTheTurnOfAMinuteAndAnOvertakenPacket) {
+  const Heard heard = decode(packet(57'000, 0, minute()) + packet(1'000, 3, accuracy(1, 1, 1)) +
+                             packet(990, 3, accuracy(1, 1, 1)) + packet(1'010, 3, accuracy(1, 1, 1)));
+  const auto all = heard.all<InsSolution>();
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_EQ(all[1].time, at(61'000));
+  EXPECT_EQ(all[2].time, at(60'990));
+  EXPECT_EQ(all[3].time, at(61'010));
+  const auto turn = decode(packet(59'980, 0, minute()) + packet(0, 3, accuracy(1, 1, 1)) +
+                           packet(59'990, 3, accuracy(1, 1, 1)) + packet(10, 3, accuracy(1, 1, 1)))
+                        .all<InsSolution>();
+  ASSERT_EQ(turn.size(), 4u);
+  EXPECT_EQ(turn[2].time, at(59'990));
+  EXPECT_EQ(turn[3].time, at(60'010));
+}
+
 TEST(Oxts, TriggersOnceEach) {
   const Heard heard =
       decode(packet(100, 0, minute()) + packet(110, 24, trigger(105, 100, 7)) + packet(120, 24, trigger(105, 100, 7)) +
@@ -102,6 +156,9 @@ TEST(Oxts, TriggersOnceEach) {
   EXPECT_EQ(marks[1].input, 2);
   EXPECT_TRUE(marks[2].is_valid);
   EXPECT_EQ(heard.all<InsSolution>().size(), 5u);  // the packet of a trigger is none
+  const auto early = decode(packet(100, 0, minute(), 2) + packet(105, 24, trigger(105, 0, 7), 20)).all<EventMark>();
+  ASSERT_EQ(early.size(), 1u);
+  EXPECT_FALSE(early[0].is_valid);  // the system was initialising
 }
 
 TEST(Oxts, StatesAndBrokenPackets) {
