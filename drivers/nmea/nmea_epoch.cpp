@@ -18,7 +18,9 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 /// The sentences that make an epoch, as bits of Epoch::seen.
-enum Part : unsigned { kGga = 1, kGns = 2, kRmc = 4, kZda = 8, kGst = 16, kVtg = 32, kPashr = 64 };
+/// kGga is the receiver's own solution, of the talker GN; kSystemGga that of another talker.
+enum Part : unsigned { kGga = 1, kGns = 2, kRmc = 4, kZda = 8, kGst = 16, kVtg = 32, kPashr = 64, kSystemGga = 128 };
+constexpr unsigned kAnyGga = kGga | kSystemGga;
 
 constexpr double kMetresPerSecondPerKnot = 1852.0 / 3600;
 /// GPS began in January 1980, and years have two digits: the smaller ones are of the next century.
@@ -99,24 +101,26 @@ double range_error(FixType type) {
   }
 }
 
+/// Returns the order of GGA's qualities: fixed ambiguities are the best.
+int rank_of_quality(int quality) { return quality == 4 ? 9 : quality == 5 ? 8 : quality; }
+
 /// Returns the quality of GGA for the mode indicators of GNS, one letter a constellation.
 int quality_of(std::string_view modes) {
   int best = 0;
-  const auto rank = [](int quality) { return quality == 4 ? 9 : quality == 5 ? 8 : quality; };
   for (const char mode : modes) {
     const int quality = mode == 'A' || mode == 'P' ? 1 : mode == 'D' ? 2 : mode == 'R' ? 4 : mode == 'F' ? 5 : 0;
-    if (rank(quality) > rank(best)) best = quality;
+    if (rank_of_quality(quality) > rank_of_quality(best)) best = quality;
   }
   return best;
 }
 
-bool has_position(unsigned seen) { return (seen & (kGga | kGns)) != 0; }
+bool has_position(unsigned seen) { return (seen & (kAnyGga | kGns)) != 0; }
 
 }  // namespace
 
 bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measurement>& out) {
   const std::string_view type = s.type();
-  const unsigned part = type == "GGA"     ? kGga
+  const unsigned part = type == "GGA"     ? s.talker() == "GN" ? kGga : kSystemGga
                         : type == "GNS"   ? kGns
                         : type == "RMC"   ? kRmc
                         : type == "ZDA"   ? kZda
@@ -141,14 +145,20 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
   epoch.latest = received;
   switch (part) {
     case kGga:
+    case kSystemGga:
     case kGns: {
       knows_quality_ = true;
       const auto found = place(s, 2);
-      const int quality = part == kGga ? s.whole(6).value_or(0) : quality_of(s.field(6));
-      const auto height = s.number(9), undulation = s.number(part == kGga ? 11 : 10);
-      // GGA knows the kind of a fix better than GNS.
-      if (!found || (part == kGns && (epoch.seen & kGga) != 0 && epoch.place)) break;
+      const int quality = part == kGns ? quality_of(s.field(6)) : s.whole(6).value_or(0);
+      const auto height = s.number(9), undulation = s.number(part == kGns ? 10 : 11);
+      // GGA knows the kind of a fix better than GNS, and GN knows more satellites than the single systems.
+      if (!found || (part == kGns && epoch.place_from != 0 && epoch.place_from != kGns)) break;
+      if (part == kSystemGga &&
+          (epoch.place_from == kGga ||
+           (epoch.place_from == kSystemGga && rank_of_quality(quality) <= rank_of_quality(epoch.quality))))
+        break;
       epoch.place = *found;
+      epoch.place_from = part;
       epoch.place->ellipsoidal_height = height.value_or(0) + undulation.value_or(0);
       epoch.has_height = height && undulation;
       epoch.quality = quality;

@@ -20,7 +20,9 @@ namespace hueline::drivers {
 /// The sentences of an epoch have the same time of day. An epoch is complete with the sentence that was the last one of
 /// the epoch before, or with a sentence of a later epoch. Without a date (RMC or ZDA) nothing can be stamped: a Fault
 /// NoTime says so. Positions in RMC or GLL alone are not used, because they have no height and do not say how good they
-/// are: a Fault Implausible says so. NMEA times are UTC: they become GPS time with the table of leap seconds.
+/// are: a Fault Implausible says so. Of several GGA of one moment that of the talker GN is used, or else the best one:
+/// some receivers also send the solutions of single systems (GPGGA, BDGGA). NMEA times are UTC: they become GPS time
+/// with the table of leap seconds.
 ///
 /// HDT and THS are not used: they are the heading of two antennas, not of the vehicle.
 /// Thread safety: none; one thread calls all functions.
@@ -50,6 +52,7 @@ class NmeaEpoch {
     bool has_height = false;  ///< above the ellipsoid
     bool is_aligned = false;
     std::optional<Geodetic> place;
+    unsigned place_from = 0;  ///< the sentence that the place is from, as a bit
     int quality = 0;
     int satellites = 0;
     std::optional<double> hdop;

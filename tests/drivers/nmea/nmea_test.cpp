@@ -2,6 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+#include <vector>
+
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "drivers/nmea/nmea_decoder.hpp"
@@ -60,6 +64,33 @@ TEST(Nmea, SentencesMayStandBehindATimeOrInQuotationMarks) {
   const Heard comment = decode(bytes_of("# such as ") + gga + rmc);
   EXPECT_TRUE(comment.all<GnssFix>().empty());
   EXPECT_EQ(comment.counts.messages.at("text"), 1u);
+}
+
+TEST(Nmea, OfSeveralTalkersTheCombinedSolutionIsUsed) {
+  const auto gga = [](const std::string& talker, int second, int quality, const char* minutes) {
+    return nmea(talker + "GGA,12000" + std::to_string(second) + ".00,47" + minutes + ",N,00830.0000,E," +
+                std::to_string(quality) + ",12,0.8,400,M,50,M,1.0,0001");
+  };
+  const auto rmc = [](int second) {
+    return nmea("GNRMC,12000" + std::to_string(second) + ".00,A,4718.0,N,00830.0,E,10.0,90.0,010326,,,R");
+  };
+  const auto latitudes = [](const Bytes& bytes) {
+    std::vector<long> out;
+    for (const GnssFix& fix : decode(bytes).all<GnssFix>())
+      out.push_back(std::lround(fix.position.latitude * kDegPerRad * 60000));
+    return out;
+  };
+  Bytes last, first, none;
+  for (int second = 0; second < 3; ++second) {
+    const Bytes own = gga("GN", second, 4, "18.000"), gps = gga("GP", second, 2, "18.010"),
+                beidou = gga("BD", second, 1, "18.020");
+    last = last + rmc(second) + gps + beidou + own;
+    first = first + own + gps + beidou + rmc(second);
+    none = none + gps + beidou + rmc(second);
+  }
+  EXPECT_THAT(latitudes(last), ElementsAre(2838000, 2838000, 2838000));
+  EXPECT_THAT(latitudes(first), ElementsAre(2838000, 2838000, 2838000));
+  EXPECT_THAT(latitudes(none), ElementsAre(2838010, 2838010, 2838010));
 }
 
 TEST(Nmea, AFixWithoutADateHasNoTime) {
