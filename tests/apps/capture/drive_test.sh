@@ -32,6 +32,10 @@ done
 [ -s drive/drive.000003.mcap ] && [ "$(stat -c %s drive/drive.000002.mcap)" -lt 2100000 ] || { ls -l drive; fail "segments"; }
 $hueline cut drive --out whole.mcap >/dev/null && $hueline replay whole.mcap --out whole >/dev/null || fail "one file of the segments"
 for file in cloud.las view.mcap; do cmp drive/$file whole/$file || fail "$file of one file is not that of the segments"; done
+# Its images are packed, and as they came for other programs if asked.
+$hueline cut drive --out plain.mcap --unpack >/dev/null && $hueline replay plain.mcap --out plain >/dev/null || fail "a recording of unpacked images"
+cmp drive/cloud.las plain/cloud.las || fail "the cloud of unpacked images is not that of packed ones"
+[ "$(stat -c %s plain.mcap)" -gt $(($(stat -c %s whole.mcap) + 200000)) ] || { ls -l ./*.mcap; fail "the images are not packed"; }
 # The ledgers prove that all is there, and of a segment that was lost they name the sources.
 $hueline verify drive >proved.txt || { cat proved.txt; fail "verify of a whole recording"; }
 grep -q "^whole: the .* packets are all that entered, by" proved.txt || { cat proved.txt; fail "the proof"; }
