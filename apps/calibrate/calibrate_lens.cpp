@@ -202,7 +202,8 @@ void add_calibrate_lens(Command& calibrate) {
   command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance between two rows",
                   {.least = 0.001, .most = 10});
   command.setting("--marker-m", options->marker_m, "charuco: edge of a marker", {.least = 0.001, .most = 10});
-  command.setting("--dictionary", options->dictionary, "charuco: name of OpenCV's marker dictionary");
+  command.setting("--dictionary", options->dictionary, "charuco: name of OpenCV's marker dictionary",
+                  marker_dictionaries());
   command.setting("--model", options->model,
                   "auto selects the model that best predicts views to which it was not fitted",
                   {"auto", "brown", "kannala_brandt"});

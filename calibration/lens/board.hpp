@@ -55,11 +55,15 @@ struct GreyImage {
 /// Malformed, Unsupported (an image of more than 134 million pixels).
 Result<GreyImage> read_grey_image(const std::string& path);
 
+/// Returns the names that Board::dictionary may have.
+std::vector<std::string> marker_dictionaries();
+
 /// Finds the corners of `board` in `image` and refines each by the grey levels around it: a chessboard by the gradient
 /// condition of cv::cornerSubPix, circles by their centres of gravity. The markers of a Charuco board identify its
-/// corners. The corners of other boards may be numbered from either end (a half turn of the board), which does not
-/// change a lens calibration.
-/// Errors: Unavailable (the board is not completely visible; Charuco: fewer than 6 corners), Invalid (wrong board,
+/// corners; its first square may be black or, with an even number of rows, white (OpenCV before 4.6). The corners of
+/// other boards may be numbered from either end (a half turn of the board), which does not change a lens calibration.
+/// Errors: Unavailable (the board is not completely visible; Charuco: fewer than 6 corners,
+/// or the markers are those of another board), Invalid (wrong board,
 /// image too small).
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board);
 

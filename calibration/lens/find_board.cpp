@@ -31,7 +31,15 @@ const std::map<std::string, int>& dictionaries() {
                                                    {"DICT_6X6_100", cv::aruco::DICT_6X6_100},
                                                    {"DICT_6X6_250", cv::aruco::DICT_6X6_250},
                                                    {"DICT_6X6_1000", cv::aruco::DICT_6X6_1000},
-                                                   {"DICT_ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL}};
+                                                   {"DICT_7X7_50", cv::aruco::DICT_7X7_50},
+                                                   {"DICT_7X7_100", cv::aruco::DICT_7X7_100},
+                                                   {"DICT_7X7_250", cv::aruco::DICT_7X7_250},
+                                                   {"DICT_7X7_1000", cv::aruco::DICT_7X7_1000},
+                                                   {"DICT_ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL},
+                                                   {"DICT_APRILTAG_16h5", cv::aruco::DICT_APRILTAG_16h5},
+                                                   {"DICT_APRILTAG_25h9", cv::aruco::DICT_APRILTAG_25h9},
+                                                   {"DICT_APRILTAG_36h10", cv::aruco::DICT_APRILTAG_36h10},
+                                                   {"DICT_APRILTAG_36h11", cv::aruco::DICT_APRILTAG_36h11}};
   return names;
 }
 
@@ -68,6 +76,115 @@ bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px
   return true;
 }
 
+/// Markers that were seen in an image.
+struct SeenMarkers {
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+};
+
+/// Returns the board with the pattern that OpenCV had before 4.6 and that makers still print: if the number of rows is
+/// even, the first square is white. The corners have the same numbers.
+cv::Ptr<cv::aruco::CharucoBoard> with_white_first_square(const Board& board, cv::Ptr<cv::aruco::CharucoBoard> out) {
+  const auto square = static_cast<float>(board.spacing_m), edge = static_cast<float>(board.marker_m),
+             border = (square - edge) / 2;
+  out->objPoints.clear();
+  for (int row = 0; row < board.rows; ++row)
+    for (int column = row % 2; column < board.columns; column += 2) {
+      const float x = static_cast<float>(column) * square + border, y = static_cast<float>(row) * square + border;
+      out->objPoints.push_back({{x, y, 0}, {x + edge, y, 0}, {x + edge, y + edge, 0}, {x, y + edge, 0}});
+    }
+  const auto distance = [](const cv::Point3f& a, const cv::Point3f& b) { return cv::norm(a - b); };
+  for (std::size_t c = 0; c < out->chessboardCorners.size(); ++c) {
+    const cv::Point3f& corner = out->chessboardCorners[c];
+    out->nearestMarkerIdx[c].clear();
+    out->nearestMarkerCorners[c].clear();
+    for (std::size_t m = 0; m < out->objPoints.size(); ++m) {
+      const auto& marker = out->objPoints[m];
+      const auto nearest = std::ranges::min_element(marker, {}, [&](const auto& p) { return distance(p, corner); });
+      // A marker's square has the corner if the marker's own corner is away from it by no more than the border.
+      if (distance(*nearest, corner) > 1.5F * border) continue;
+      out->nearestMarkerIdx[c].push_back(static_cast<int>(m));
+      out->nearestMarkerCorners[c].push_back(static_cast<int>(nearest - marker.begin()));
+    }
+  }
+  return out;
+}
+
+/// How many markers are where the markers diagonally beside them say that the board has them.
+struct Layout {
+  int pairs = 0, right = 0;
+  double share() const { return pairs > 0 ? static_cast<double>(right) / pairs : 1; }
+};
+
+/// Compares the places of the markers in the image with those on the board. Only neighbours are compared, each by the
+/// four corners of the other, so that the lens may distort.
+Layout compare_layout(const cv::aruco::CharucoBoard& board, const SeenMarkers& seen) {
+  const auto centre = [](const auto& corners) { return (corners[0] + corners[2]) * 0.5F; };
+  const double square = board.getSquareLength();
+  Layout out;
+  for (std::size_t a = 0; a < seen.ids.size(); ++a) {
+    const auto id_a = static_cast<std::size_t>(seen.ids[a]);
+    if (id_a >= board.objPoints.size()) continue;
+    std::vector<cv::Point2f> on_board;
+    for (const auto& p : board.objPoints[id_a]) on_board.emplace_back(p.x, p.y);
+    const cv::Matx33d H = cv::getPerspectiveTransform(seen.corners[a], on_board);
+    for (std::size_t b = 0; b < seen.ids.size(); ++b) {
+      const auto id_b = static_cast<std::size_t>(seen.ids[b]);
+      if (id_b >= board.objPoints.size()) continue;
+      const cv::Point3f place = centre(board.objPoints[id_b]), away = place - centre(board.objPoints[id_a]);
+      if (std::abs(std::abs(away.x) - square) > square / 2 || std::abs(std::abs(away.y) - square) > square / 2)
+        continue;
+      const cv::Point2f pixel = centre(seen.corners[b]);
+      const cv::Vec3d p = H * cv::Vec3d(pixel.x, pixel.y, 1);
+      ++out.pairs;
+      out.right += std::hypot(p[0] / p[2] - place.x, p[1] / p[2] - place.y) < square / 2;
+    }
+  }
+  return out;
+}
+
+/// Finds the corners of a ChArUco board. OpenCV numbers them by the markers.
+Result<std::vector<SeenCorner>> find_charuco(const cv::Mat& grey, const Board& board) {
+  const auto known = dictionaries().find(board.dictionary);
+  if (known == dictionaries().end()) return Error{ErrorCode::Invalid, "unknown marker dictionary " + board.dictionary};
+  const auto dictionary = cv::aruco::getPredefinedDictionary(known->second);
+  const auto new_board = [&] {
+    return cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.spacing_m),
+                                           static_cast<float>(board.marker_m), dictionary);
+  };
+  auto charuco = new_board();
+  SeenMarkers markers;
+  cv::aruco::detectMarkers(grey, dictionary, markers.corners, markers.ids);
+  Layout layout = compare_layout(*charuco, markers);
+  if (board.rows % 2 == 0) {
+    const auto white_first = with_white_first_square(board, new_board());
+    if (const Layout other = compare_layout(*white_first, markers); other.right > layout.right) {
+      charuco = white_first;
+      layout = other;
+    }
+  }
+  if (layout.share() < 0.5)
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{} markers, but not where a board of {} x {} squares has them (--size is columns x rows) "
+                             "with markers of {:.3g} of a square (--marker-m, --spacing-m)",
+                             markers.ids.size(), board.columns, board.rows, board.marker_m / board.spacing_m)};
+  std::vector<cv::Point2f> corners;
+  std::vector<int> ids;
+  if (!markers.ids.empty())
+    cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, grey, charuco, corners, ids);
+  if (corners.size() < 6)
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{} markers of {} and {} corners were found, and 6 corners are needed", markers.ids.size(),
+                             board.dictionary, corners.size())};
+  // OpenCV counts the pixels of these corners from the border of the first pixel, and those of all other boards from
+  // its centre.
+  constexpr double kHalf_px = 0.5;
+  std::vector<SeenCorner> out;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    out.push_back({static_cast<std::size_t>(ids[i]), {corners[i].x - kHalf_px, corners[i].y - kHalf_px}});
+  return out;
+}
+
 constexpr std::uint64_t kMostImageBytes = 1'000'000'000;
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;  // 16384 x 8192, a large panorama
 
@@ -93,6 +210,12 @@ std::uint64_t stated_pixels(std::string_view bytes) {
 }
 
 }  // namespace
+
+std::vector<std::string> marker_dictionaries() {
+  std::vector<std::string> out;
+  for (const auto& [name, number] : dictionaries()) out.push_back(name);
+  return out;
+}
 
 Result<GreyImage> read_grey_image(const std::string& path) {
   const Result<std::string> bytes = read_input(path, kMostImageBytes, "an image");
@@ -132,27 +255,8 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
   const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
   std::vector<SeenCorner> out;
   try {
+    if (board.kind == BoardKind::Charuco) return find_charuco(grey, board);
     std::vector<cv::Point2f> corners;
-    if (board.kind == BoardKind::Charuco) {
-      const auto found = dictionaries().find(board.dictionary);
-      if (found == dictionaries().end())
-        return Error{ErrorCode::Invalid, "unknown marker dictionary " + board.dictionary};
-      const auto dictionary = cv::aruco::getPredefinedDictionary(found->second);
-      const auto charuco =
-          cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.spacing_m),
-                                          static_cast<float>(board.marker_m), dictionary);
-      std::vector<std::vector<cv::Point2f>> markers;
-      std::vector<int> marker_ids, ids;
-      cv::aruco::detectMarkers(grey, dictionary, markers, marker_ids);
-      if (!marker_ids.empty()) cv::aruco::interpolateCornersCharuco(markers, marker_ids, grey, charuco, corners, ids);
-      if (corners.size() < 6)
-        return Error{ErrorCode::Unavailable,
-                     fmt::format("{} markers and {} corners were found, and 6 corners are needed", marker_ids.size(),
-                                 corners.size())};
-      for (std::size_t i = 0; i < corners.size(); ++i)
-        out.push_back({static_cast<std::size_t>(ids[i]), {corners[i].x, corners[i].y}});
-      return out;
-    }
     const bool seen =
         board.kind == BoardKind::Chessboard
             ? find_chessboard(grey, board, refine_half_px, corners)

@@ -67,6 +67,8 @@ echo iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQA
 ends 0 lens other.png $boards --size 14x10 --model kannala_brandt
 says "3 of 4 images"
 says "left out: other.png"
+ends 2 lens $boards --board charuco --size 14x10 --dictionary DICT_4X4
+says "DICT_4X4_50"
 ends 3 lens $boards --size 15x11
 says "01.png: the board of 15 x 11 is not completely visible"
 ends 3 lens one.csv --size 14x10

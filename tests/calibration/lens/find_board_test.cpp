@@ -1,0 +1,95 @@
+// Boards drawn here are found, and each corner has its number.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/aruco.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calibration/lens/board.hpp"
+
+namespace hueline::calibration {
+namespace {
+
+constexpr int kSquare_px = 80, kMarker_px = 60, kMargin_px = 80;
+
+/// A ChArUco board of 60 : 80. With `white_first` its first square is white, as OpenCV before 4.6 drew boards with an
+/// even number of rows.
+cv::Mat drawn_charuco(int columns, int rows, bool white_first) {
+  const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50);
+  cv::Mat out(rows * kSquare_px + 2 * kMargin_px, columns * kSquare_px + 2 * kMargin_px, CV_8UC1, cv::Scalar(255));
+  int id = 0;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const cv::Point at(kMargin_px + column * kSquare_px, kMargin_px + row * kSquare_px);
+      if (((row + column) % 2 == 0) != white_first) {
+        out(cv::Rect(at, cv::Size(kSquare_px, kSquare_px))) = 0;
+        continue;
+      }
+      cv::Mat marker;
+      cv::aruco::drawMarker(dictionary, id++, kMarker_px, marker, 1);
+      constexpr int kBorder = (kSquare_px - kMarker_px) / 2;
+      marker.copyTo(out(cv::Rect(at + cv::Point(kBorder, kBorder), marker.size())));
+    }
+  return out;
+}
+
+GreyImage image_of(const cv::Mat& grey) {
+  GreyImage out{grey.cols, grey.rows, {}};
+  for (int row = 0; row < grey.rows; ++row)
+    out.pixels.insert(out.pixels.end(), grey.ptr(row), grey.ptr(row) + grey.cols);
+  return out;
+}
+
+Board charuco(int columns, int rows) { return {BoardKind::Charuco, columns, rows, 0.08, 0.06, "DICT_4X4_50"}; }
+
+/// Finds `board` in the drawing, seen at an angle, of which only `seen` is in the image. Returns how many corners were
+/// found, each of which must be where it is.
+std::size_t found_corners(const cv::Mat& drawing, const Board& board, const cv::Rect& seen) {
+  const cv::Matx33d H(0.9, 0.12, 10, -0.05, 0.95, 60, 1e-4, 2e-4, 1);
+  cv::Mat tilted;
+  cv::warpPerspective(drawing, tilted, H, drawing.size(), cv::INTER_AREA, cv::BORDER_CONSTANT, cv::Scalar(255));
+  const auto found = find_board(image_of(tilted(seen)), board);
+  EXPECT_TRUE(found.ok()) << found.error().message;
+  if (!found.ok()) return 0;
+  for (const SeenCorner& corner : *found) {
+    const Eigen::Vector3d at = board.corner(corner.index) / board.spacing_m * kSquare_px;
+    // The corner is between the last pixel of one square and the first of the next.
+    const double first = kMargin_px + kSquare_px - 0.5;
+    const cv::Vec3d p = H * cv::Vec3d(first + at.x(), first + at.y(), 1);
+    const Eigen::Vector2d truth(p[0] / p[2] - seen.x, p[1] / p[2] - seen.y);
+    EXPECT_LT((corner.pixel - truth).norm(), 0.4) << "corner " << corner.index;
+  }
+  return found->size();
+}
+
+TEST(FindBoard, CharucoWithEitherFirstSquare) {
+  for (const auto& [columns, rows, white_first] :
+       {std::tuple{7, 6, false}, std::tuple{7, 6, true}, std::tuple{8, 6, true}, std::tuple{7, 5, false}}) {
+    const cv::Mat drawing = drawn_charuco(columns, rows, white_first);
+    SCOPED_TRACE(testing::Message() << columns << " x " << rows << (white_first ? ", white first" : ""));
+    EXPECT_EQ(found_corners(drawing, charuco(columns, rows), {0, 0, drawing.cols, drawing.rows}),
+              static_cast<std::size_t>((columns - 1) * (rows - 1)));
+    // Markers at the border of the image are missing, so that corners there have one marker only.
+    EXPECT_GT(found_corners(drawing, charuco(columns, rows), {230, 150, drawing.cols - 230, drawing.rows - 150}), 8u);
+  }
+}
+
+TEST(FindBoard, RefusesTheMarkersOfAnotherBoard) {
+  const GreyImage image = image_of(drawn_charuco(8, 6, false));
+  EXPECT_THAT(find_board(image, charuco(6, 8)).error().message,
+              testing::HasSubstr("not where a board of 6 x 8 squares has them"));
+  Board small_markers = charuco(8, 6);
+  small_markers.marker_m = 0.02;
+  EXPECT_THAT(find_board(image, small_markers).error().message, testing::HasSubstr("--marker-m"));
+  Board other = charuco(8, 6);
+  other.dictionary = "DICT_7X7_250";
+  EXPECT_THAT(find_board(image, other).error().message, testing::HasSubstr("0 markers of DICT_7X7_250"));
+  for (const std::string& name : marker_dictionaries()) {
+    other.dictionary = name;
+    const auto found = find_board(image, other);
+    EXPECT_TRUE(found.ok() || found.error().code == ErrorCode::Unavailable) << name;
+  }
+}
+
+}  // namespace
+}  // namespace hueline::calibration
