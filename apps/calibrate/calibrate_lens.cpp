@@ -79,9 +79,11 @@ std::string reference_text(const OpencvLens& reference) {
 
 void print(const LensCalibration& found, const LensReportContext& context) {
   const AdjustedLens& adjusted = found.adjusted;
-  std::string out = fmt::format("{}\n{}  rms {:.4f} px over {} corners in {} views, sigma of a coordinate {:.4f} px\n",
-                                context.data, name(adjusted.lens.model), adjusted.rms_px, adjusted.observations / 2,
-                                found.views.size(), adjusted.sigma_px);
+  std::string out = fmt::format(
+      "{}\n{}  rms {:.4f} px over {} corners in {} views, sigma of a coordinate {:.4f} px; the views disagree {:.1f} "
+      "times as much as by that\n",
+      context.data, name(adjusted.lens.model), adjusted.rms_px, adjusted.observations / 2, found.views.size(),
+      adjusted.sigma_px, adjusted.disagreement);
   const auto names = parameter_names(adjusted.lens.model);
   const auto values = adjusted.lens.parameters();
   for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)

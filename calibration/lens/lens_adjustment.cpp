@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "calibration/decompositions.hpp"
 
@@ -56,52 +57,94 @@ std::vector<int> fixed_parameters(LensModel model, bool one_focal) {
   return out;
 }
 
-/// Computes the inverse of the lens's part of the normal matrix; the poses are eliminated one by one (Schur
-/// complement). Returns false if the matrix is singular.
-bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed,
-                     double sigma2, Eigen::Matrix<double, kLensParameters, kLensParameters>& out) {
+/// What one view says about the lens, after its pose is eliminated (Schur complement).
+struct ViewNormal {
+  Eigen::MatrixXd matrix;    ///< its part of the normal matrix
+  Eigen::VectorXd gradient;  ///< its part of the gradient, whose sum over the views is 0 at the optimum
+};
+
+/// Returns what the view of `pose` says about the free parameters of the lens, or nothing if its corners do not
+/// determine the pose.
+std::optional<ViewNormal> view_normal(ceres::Problem& problem, double* lens, Pose& pose, const std::vector<int>& free) {
   constexpr int n = kLensParameters;
-  std::vector<int> free;
-  for (int i = 0; i < n; ++i)
-    if (std::find(fixed.begin(), fixed.end(), i) == fixed.end()) free.push_back(i);
-  Eigen::Matrix<double, n, n> normal = Eigen::Matrix<double, n, n>::Zero();
-  for (Pose& pose : poses) {
-    Eigen::Matrix<double, n, n> U = Eigen::Matrix<double, n, n>::Zero();
-    Eigen::Matrix<double, n, 6> W = Eigen::Matrix<double, n, 6>::Zero();
-    Eigen::Matrix<double, 6, 6> V = Eigen::Matrix<double, 6, 6>::Zero();
-    std::vector<ceres::ResidualBlockId> blocks;
-    problem.GetResidualBlocksForParameterBlock(pose.data(), &blocks);
-    for (const auto block : blocks) {
-      double residual[2];
-      Eigen::Matrix<double, 2, n, Eigen::RowMajor> A;
-      Eigen::Matrix<double, 2, 6, Eigen::RowMajor> B;
-      const double* parameters[2] = {lens, pose.data()};
-      double* jacobians[2] = {A.data(), B.data()};
-      if (!problem.GetCostFunctionForResidualBlock(block)->Evaluate(parameters, residual, jacobians)) return false;
-      U += A.transpose() * A;
-      W += A.transpose() * B;
-      V += B.transpose() * B;
-    }
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(V);
-    if (solver.info() != Eigen::Success) return false;
-    normal += U - W * solver.solve(W.transpose());
+  Eigen::Matrix<double, n, n> U = Eigen::Matrix<double, n, n>::Zero();
+  Eigen::Matrix<double, n, 6> W = Eigen::Matrix<double, n, 6>::Zero();
+  Eigen::Matrix<double, 6, 6> V = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, n, 1> a = Eigen::Matrix<double, n, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  std::vector<ceres::ResidualBlockId> blocks;
+  problem.GetResidualBlocksForParameterBlock(pose.data(), &blocks);
+  for (const auto block : blocks) {
+    Eigen::Vector2d residual;
+    Eigen::Matrix<double, 2, n, Eigen::RowMajor> A;
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> B;
+    const double* parameters[2] = {lens, pose.data()};
+    double* jacobians[2] = {A.data(), B.data()};
+    if (!problem.GetCostFunctionForResidualBlock(block)->Evaluate(parameters, residual.data(), jacobians))
+      return std::nullopt;
+    U += A.transpose() * A;
+    W += A.transpose() * B;
+    V += B.transpose() * B;
+    a += A.transpose() * residual;
+    b += B.transpose() * residual;
   }
+  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(V);
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix<double, n, n> matrix = U - W * solver.solve(W.transpose());
+  const Eigen::Matrix<double, n, 1> gradient = a - W * solver.solve(b);
+  return ViewNormal{matrix(free, free), gradient(free)};
+}
+
+/// Computes covariance, disagreement and pulls of an AdjustedLens. Returns false if the views do not determine
+/// the lens.
+///
+/// The inverse normal matrix alone takes the errors of all corners for independent. Those of one view are not: the
+/// board is not quite plane, the light moves its edges, and the model does not describe the lens exactly. How far the
+/// views pull the lens in different directions shows what such errors do to it (the sandwich estimator with a cluster
+/// for each view, corrected for the leverage of the view: Bell and McCaffrey 2002, "CR2").
+bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& poses, const std::vector<int>& fixed,
+                     AdjustedLens& out) {
+  std::vector<int> free;
+  for (int i = 0; i < kLensParameters; ++i)
+    if (std::find(fixed.begin(), fixed.end(), i) == fixed.end()) free.push_back(i);
   const auto m = static_cast<Eigen::Index>(free.size());
-  Eigen::MatrixXd reduced(m, m);
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j)
-      reduced(i, j) = normal(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(m, m);
+  std::vector<ViewNormal> views;
+  for (Pose& pose : poses) {
+    auto view = view_normal(problem, lens, pose, free);
+    if (!view) return false;
+    normal += view->matrix;
+    views.push_back(std::move(*view));
+  }
   // A unit diagonal is needed because focal lengths and k3 differ by ten powers of ten.
-  const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd unit = scale.asDiagonal() * reduced * scale.asDiagonal();
-  const SymmetricEigen eigen = symmetric_eigen(unit);
+  const Eigen::VectorXd unit = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SymmetricEigen eigen = symmetric_eigen(unit.asDiagonal() * normal * unit.asDiagonal());
   if (!(eigen.values[0] > 1e-13)) return false;
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.vectors * eigen.values.cwiseInverse().asDiagonal() *
-                                  eigen.vectors.transpose() * scale.asDiagonal();
-  out.setZero();
+  // In these parameters the normal matrix is the identity.
+  const Eigen::MatrixXd whiten =
+      eigen.values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.vectors.transpose() * unit.asDiagonal();
+  Eigen::MatrixXd pulls(m, static_cast<Eigen::Index>(views.size()));
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const SymmetricEigen leverage = symmetric_eigen(whiten * views[v].matrix * whiten.transpose());
+    const Eigen::VectorXd rest = (1 - leverage.values.array()).cwiseMax(1e-6).sqrt().inverse();
+    pulls.col(static_cast<Eigen::Index>(v)) =
+        leverage.vectors * rest.asDiagonal() * leverage.vectors.transpose() * whiten * views[v].gradient;
+  }
+  // Views without any noise agree but for rounding errors.
+  const double sigma2 = std::max(out.sigma_px * out.sigma_px, 1e-16);
+  const Eigen::MatrixXd spread = pulls * pulls.transpose() / sigma2;
+  out.disagreement = std::sqrt(spread.trace() / static_cast<double>(m));
+  const SymmetricEigen directions = symmetric_eigen(spread);
+  const Eigen::VectorXd along = directions.vectors.col(m - 1).transpose() * pulls;
+  out.pulls.assign(along.data(), along.data() + along.size());
+  // Few views may agree by chance. No direction is therefore taken for better known than by the noise of the corners.
+  const Eigen::MatrixXd back = whiten.transpose() * directions.vectors;
+  const Eigen::MatrixXd covariance =
+      out.sigma_px * out.sigma_px * back * directions.values.cwiseMax(1.0).asDiagonal() * back.transpose();
+  out.covariance.setZero();
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j < m; ++j)
-      out(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = inverse(i, j) * sigma2;
+      out.covariance(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = covariance(i, j);
   return true;
 }
 
@@ -188,7 +231,7 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   }
   out.rms_px = std::sqrt(sum / corners);
   out.sigma_px = std::sqrt(sum / (out.observations - out.unknowns));
-  if (!lens_covariance(problem, lens.data(), poses, fixed, out.sigma_px * out.sigma_px, out.covariance))
+  if (!lens_covariance(problem, lens.data(), poses, fixed, out))
     return Error{ErrorCode::Unavailable,
                  "the views do not determine the lens: tilt the board against the image, differently in each view"};
   if (config.one_focal) {

@@ -26,8 +26,14 @@ struct AdjustedLens {
   int observations = 0, unknowns = 0;
   /// Final cost of the solver: half the sum of the squared residuals, after the robust loss if there is one.
   double cost = 0;
-  /// Covariance of LensValues::parameters(): sigma_px squared times the inverse normal matrix, from which the poses are
-  /// eliminated. Fixed parameters have 0.
+  /// How far the views pull the lens in different directions, divided by how far the noise of independent corners would
+  /// make them (root mean square over the parameters). 1: there is nothing but that noise. Photographs have 1.2 to 3.
+  double disagreement = 1;
+  /// How strongly each view pulls the lens to one side or the other along the direction in which the views disagree
+  /// most. Their signs part the views of two lenses.
+  std::vector<double> pulls;
+  /// Covariance of LensValues::parameters() by the disagreement of the views, and at least sigma_px squared times the
+  /// inverse normal matrix, from which the poses are eliminated. Fixed parameters have 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> covariance =
       Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
 };

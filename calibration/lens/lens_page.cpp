@@ -129,9 +129,10 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
   out += fmt::format(
       "<h1>Lens calibration</h1><p>{}, {}.</p><p><b>{:.3f} px</b> rms over {} corners in {} views; a corner's "
       "coordinate has "
-      "a standard deviation of {:.3f} px.</p>",
+      "a standard deviation of {:.3f} px. The views disagree {:.1f} times as much as by that; the sigmas include "
+      "it.</p>",
       as_markup(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(),
-      adjusted.sigma_px);
+      adjusted.sigma_px, adjusted.disagreement);
   out += fmt::format("<h2>{}, {} x {}</h2><table><tr><th></th><th>value</th><th>sigma</th></tr>",
                      name(adjusted.lens.model), adjusted.lens.width, adjusted.lens.height);
   const auto names = parameter_names(adjusted.lens.model);

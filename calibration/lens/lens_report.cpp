@@ -85,6 +85,7 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
   }
   out["rms_px"] = adjusted.rms_px;
   out["corner_sigma_px"] = adjusted.sigma_px;
+  out["disagreement"] = adjusted.disagreement;
   out["corners"] = adjusted.observations / 2;
   out["redundancy"] = adjusted.observations - adjusted.unknowns;
   out["covered_angle_deg"] = covered_angle(calibration) * 180 / std::numbers::pi;

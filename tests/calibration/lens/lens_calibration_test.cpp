@@ -143,6 +143,58 @@ TEST(LensCalibration, MeetsTheTruthWithinItsOwnSigma) {
   }
 }
 
+/// Moves the corners of each view by a smooth error of its own, as a board does that bends when it is put up, or light
+/// that comes from another side.
+void bend(std::vector<BoardView>& views, int columns, double size_px, std::mt19937& random) {
+  std::normal_distribution<double> normal(0, size_px);
+  for (BoardView& view : views) {
+    Eigen::Matrix<double, 2, 3> bent;
+    for (double& one : bent.reshaped()) one = normal(random);
+    for (SeenCorner& corner : view.corners) {
+      const double x = static_cast<double>(corner.index % static_cast<std::size_t>(columns)) / 4 - 1,
+                   y = static_cast<double>(corner.index / static_cast<std::size_t>(columns)) / 3 - 1;
+      corner.pixel += bent * Eigen::Vector3d(x * x, y * y, x * y);
+    }
+  }
+}
+
+TEST(LensCalibration, TheSigmaContainsErrorsThatTheCornersOfAViewHaveInCommon) {
+  const auto lens = plane_lens();
+  const auto truth = runtime::lens_values(lens).parameters();
+  std::mt19937 random(11);
+  double ratio2 = 0, disagreement = 0;
+  constexpr int kRuns = 12;
+  for (std::uint32_t run = 0; run < kRuns; ++run) {
+    test::SimulatedBoards what = test::good_views();
+    what.board = test::SimulatedBoards{}.board;
+    what.views = 20;
+    what.seed = 300 + run;
+    auto views = simulate_boards(lens, what);
+    bend(views, what.board.columns, 0.3, random);
+    const auto found = adjust_lens(what.board, views, runtime::lens_values(lens), {});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    const auto ours = found->lens.parameters();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double error = ours[i] - truth[i];
+      ratio2 += error * error / found->covariance(static_cast<int>(i), static_cast<int>(i)) / (4 * kRuns);
+    }
+    disagreement += found->disagreement / kRuns;
+  }
+  EXPECT_GT(disagreement, 2);
+  EXPECT_NEAR(std::sqrt(ratio2), 1, 0.35) << "errors divided by what was stated";
+}
+
+TEST(LensCalibration, ViewsWithNoiseAloneDoNotDisagree) {
+  test::SimulatedBoards what = test::good_views();
+  what.board = test::SimulatedBoards{}.board;
+  for (const auto& lens : {plane_lens(), fisheye_lens()}) {
+    const auto found = adjust_lens(what.board, simulate_boards(lens, what), runtime::lens_values(lens), {});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    EXPECT_NEAR(found->disagreement, 1, 0.25);
+    EXPECT_EQ(found->pulls.size(), static_cast<std::size_t>(what.views));
+  }
+}
+
 TEST(LensCalibration, NamesBadViewsAndCorners) {
   const auto lens = plane_lens();
   auto views = simulate_boards(lens, {.views = 10});
