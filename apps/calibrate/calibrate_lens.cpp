@@ -119,11 +119,16 @@ SeenBoards find_boards(const std::vector<std::filesystem::path>& images, const B
       continue;
     }
     auto corners = find_board(*image, board);
-    if (corners.ok())
-      by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}].push_back(
-          {path.filename().string(), std::move(*corners)});
-    else
+    if (!corners.ok()) {
       out.unseen.push_back(path.filename().string() + ": " + corners.error().message);
+      continue;
+    }
+    auto& views = by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}];
+    // A copy would count as a view of its own and make the sigmas too small.
+    if (const auto same = std::ranges::find(views, *corners, &BoardView::corners); same != views.end())
+      out.unseen.push_back(fmt::format("{}: the same picture as {}", path.filename().string(), same->name));
+    else
+      views.push_back({path.filename().string(), std::move(*corners)});
   }
   const auto most = std::ranges::max_element(by_size, {}, [](const auto& one) { return one.second.size(); });
   if (most == by_size.end()) return out;
@@ -181,6 +186,9 @@ int run(const CalibrateLensOptions& options) {
         "the corners differ from the best lens by {:.1f} px (one sigma), and with good images by 0.1 to 0.5 px: check "
         "that --size is that of the whole board, that the board is plane, and that the images are sharp",
         found->adjusted.sigma_px);
+  if (found->two_lenses)
+    log_warning("{}. The result is a mean of both: calibrate the images of each by themselves",
+                found->two_lenses->words());
   if (options.out.empty()) return kDone;
   if (const Status written = write_reports(options.out, *found, context); !written.ok()) {
     log_error(written.error().message);

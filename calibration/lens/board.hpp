@@ -37,6 +37,8 @@ struct Board {
 struct SeenCorner {
   std::size_t index = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+
+  bool operator==(const SeenCorner& other) const { return index == other.index && pixel == other.pixel; }
 };
 
 /// One image of the board.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -172,10 +171,8 @@ std::string judge_held(const Board& board, const BoardView& view, const LensValu
       (c % 2 == half ? posing : judging).corners.push_back(view.corners[c]);
     const auto pose = resect_board(board, posing, lens);
     if (!pose) return "the board cannot be posed";
-    const double angle = pose->rotation.norm();
-    const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(pose->rotation / angle) : Eigen::Vector3d::UnitX());
     for (const SeenCorner& corner : judging.corners) {
-      const auto pixel = lens.project(turn * board.corner(corner.index) + pose->translation_m);
+      const auto pixel = lens.project(pose->to_lens(board.corner(corner.index)));
       if (!pixel) return fmt::format("corner {} has no pixel", corner.index);
       sum += (*pixel - corner.pixel).squaredNorm();
       ++count;
@@ -292,6 +289,7 @@ Result<LensCalibration> calibrate_lens(const Board& board, const std::vector<Boa
     return Error{ErrorCode::Unavailable, why};
   }
   best->trials = std::move(trials);
+  best->two_lenses = find_two_lenses(board, best->views, best->adjusted, config.one_focal);
   return std::move(*best);
 }
 

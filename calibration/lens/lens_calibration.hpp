@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calibration/lens/lens_adjustment.hpp"
+#include "calibration/lens/two_lenses.hpp"
 
 /// Calibration of a lens, plane or fisheye, from images of a board: docs/methods/lens_registration.md, section 1.
 namespace hueline::calibration {
@@ -57,6 +58,7 @@ struct LensCalibration {
   std::vector<RejectedView> rejected_views;
   std::vector<RejectedCorner> rejected_corners;
   std::vector<ModelTrial> trials;
+  std::optional<TwoLenses> two_lenses;  ///< the result is a mean of two lenses; empty if the views are of one
 };
 
 /// Calibrates a lens from views of `board`. `width` and `height` are the size of the images in pixels.

@@ -133,6 +133,7 @@ std::string lens_html(const LensCalibration& calibration, const LensReportContex
       "it.</p>",
       as_markup(context.data), context.date, adjusted.rms_px, adjusted.observations / 2, calibration.views.size(),
       adjusted.sigma_px, adjusted.disagreement);
+  if (calibration.two_lenses) out += "<p><b>" + as_markup(calibration.two_lenses->words()) + "</b></p>";
   out += fmt::format("<h2>{}, {} x {}</h2><table><tr><th></th><th>value</th><th>sigma</th></tr>",
                      name(adjusted.lens.model), adjusted.lens.width, adjusted.lens.height);
   const auto names = parameter_names(adjusted.lens.model);

@@ -89,6 +89,7 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
   out["corners"] = adjusted.observations / 2;
   out["redundancy"] = adjusted.observations - adjusted.unknowns;
   out["covered_angle_deg"] = covered_angle(calibration) * 180 / std::numbers::pi;
+  if (calibration.two_lenses) out["two_lenses"] = calibration.two_lenses->words();
   for (const ModelTrial& trial : calibration.trials) {
     Json one{{"model", name(trial.model)}};
     if (trial.failure.empty()) {

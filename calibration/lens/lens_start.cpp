@@ -18,12 +18,9 @@ Eigen::Matrix<double, 5, 1> conic_row(const Eigen::Matrix3d& H, int i, int j) {
 }
 
 double reprojection_error2(const Board& board, const BoardView& view, const LensValues& lens, const BoardPose& pose) {
-  const double angle = pose.rotation.norm();
-  const Eigen::Matrix3d R = angle > 0 ? Eigen::AngleAxisd(angle, pose.rotation / angle).toRotationMatrix()
-                                      : Eigen::Matrix3d::Identity().eval();
   double sum = 0;
   for (const SeenCorner& corner : view.corners) {
-    const auto pixel = lens.project(R * board.corner(corner.index) + pose.translation_m);
+    const auto pixel = lens.project(pose.to_lens(board.corner(corner.index)));
     if (!pixel) return 1e12;
     sum += (*pixel - corner.pixel).squaredNorm();
   }
@@ -31,6 +28,12 @@ double reprojection_error2(const Board& board, const BoardView& view, const Lens
 }
 
 }  // namespace
+
+Eigen::Vector3d BoardPose::to_lens(const Eigen::Vector3d& p_board) const {
+  const double angle = rotation.norm();
+  const Eigen::AngleAxisd turn(angle, angle > 0 ? Eigen::Vector3d(rotation / angle) : Eigen::Vector3d::UnitX());
+  return turn * p_board + translation_m;
+}
 
 std::optional<Eigen::Matrix3d> board_homography(std::span<const Eigen::Vector2d> board_m,
                                                 std::span<const Eigen::Vector3d> rays) {

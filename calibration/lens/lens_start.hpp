@@ -16,6 +16,9 @@ namespace hueline::calibration {
 struct BoardPose {
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  ///< axis times angle, rad
   Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
+
+  /// Returns a point of the board in the lens frame, m.
+  Eigen::Vector3d to_lens(const Eigen::Vector3d& p_board) const;
 };
 
 /// Returns the homography H with ray ~ H (X, Y, 1) from four corners or more: the eigenvector of the smallest

@@ -67,6 +67,9 @@ echo iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQA
 ends 0 lens other.png $boards --size 14x10 --model kannala_brandt
 says "3 of 4 images"
 says "left out: other.png"
+cp $boards/02.png copy.png
+ends 0 lens $boards copy.png --size 14x10 --model kannala_brandt
+says "left out: copy.png: the same picture as 02.png"
 ends 2 lens $boards --board charuco --size 14x10 --dictionary DICT_4X4
 says "DICT_4X4_50"
 ends 3 lens $boards --size 15x11

@@ -184,6 +184,34 @@ TEST(LensCalibration, TheSigmaContainsErrorsThatTheCornersOfAViewHaveInCommon) {
   EXPECT_NEAR(std::sqrt(ratio2), 1, 0.35) << "errors divided by what was stated";
 }
 
+TEST(LensCalibration, NamesTheViewsOfTwoLenses) {
+  auto lens = plane_lens();
+  std::mt19937 random(12);
+  test::SimulatedBoards what = test::good_views();
+  what.board = test::SimulatedBoards{}.board;
+  what.views = 12;
+  auto views = simulate_boards(lens, what);
+  bend(views, what.board.columns, 0.3, random);
+  const auto one = calibrate_lens(what.board, views, lens.width, lens.height, {.model = LensModel::Brown});
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_FALSE(one->two_lenses) << one->two_lenses->words();
+
+  lens.principal_point_px += Eigen::Vector2d(20, -12);
+  what.views = 7;
+  what.seed = 2;
+  auto others = simulate_boards(lens, what);
+  bend(others, what.board.columns, 0.3, random);
+  for (BoardView& view : others) views.push_back({"other " + view.name, view.corners});
+  const auto found = calibrate_lens(what.board, views, lens.width, lens.height, {.model = LensModel::Brown});
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_TRUE(found->two_lenses);
+  const auto& [a, b] = found->two_lenses->lenses;
+  const auto& second = a.views.size() < b.views.size() ? a : b;
+  EXPECT_THAT(second.views, testing::Each(testing::StartsWith("other ")));
+  EXPECT_EQ(second.views.size(), 7u);
+  EXPECT_LT((second.lens.principal_point_px - lens.principal_point_px).norm(), 6);
+}
+
 TEST(LensCalibration, ViewsWithNoiseAloneDoNotDisagree) {
   test::SimulatedBoards what = test::good_views();
   what.board = test::SimulatedBoards{}.board;
