@@ -18,6 +18,8 @@ namespace {
 
 using namespace calibration;
 
+// The time that OpenCV takes grows with the cube of the number of views: 1 s for 60, 17 s for 157, minutes for 400.
+constexpr std::size_t kMostReferenceViews = 60;
 constexpr double kUsualSigma_px = 1.0;  // Usual sigma of a corner's coordinate. A larger one is not caused by the lens.
 
 struct CalibrateLensOptions {
@@ -179,7 +181,11 @@ int run(const CalibrateLensOptions& options) {
   }
   context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board,
                              options.size, options.spacing_m);
-  context.reference = reference_text(calibrate_with_opencv(*found, options.one_focal));
+  context.reference =
+      found->views.size() > kMostReferenceViews
+          ? fmt::format("OpenCV was not run for comparison: it would take too long for more than {} views",
+                        kMostReferenceViews)
+          : reference_text(calibrate_with_opencv(*found, options.one_focal));
   print(*found, context);
   if (found->adjusted.sigma_px > kUsualSigma_px)
     log_warning(

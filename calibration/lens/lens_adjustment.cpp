@@ -57,6 +57,17 @@ std::vector<int> fixed_parameters(LensModel model, bool one_focal) {
   return out;
 }
 
+/// Returns whether each corner of the view has a pixel with this lens and pose. A solver that starts without them gives
+/// up, with messages of its own on the error output.
+bool has_pixels(const Board& board, const BoardView& view, const LensValues& lens, const Pose& pose) {
+  const auto values = lens.parameters();
+  return std::ranges::all_of(view.corners, [&](const SeenCorner& corner) {
+    Eigen::Vector2d residual;
+    return CornerResidual{lens.model, false, board.corner(corner.index), corner.pixel}(values.data(), pose.data(),
+                                                                                       residual.data());
+  });
+}
+
 /// What one view says about the lens, after its pose is eliminated (Schur complement).
 struct ViewNormal {
   Eigen::MatrixXd matrix;    ///< its part of the normal matrix
@@ -199,6 +210,8 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
     const auto pose = board_pose(board, view, start);
     if (!pose) return Error{ErrorCode::Invalid, view.name + ": no start value of the board's pose can be computed"};
     poses.push_back(numbers_of(*pose));
+    if (!has_pixels(board, view, start, poses.back()))
+      return Error{ErrorCode::Invalid, view.name + ": a part of the board would be behind the lens"};
     corners += static_cast<int>(view.corners.size());
   }
   AdjustedLens out;
@@ -246,6 +259,7 @@ std::optional<BoardPose> resect_board(const Board& board, const BoardView& view,
   if (!start) return std::nullopt;
   auto values = lens.parameters();
   Pose pose = numbers_of(*start);
+  if (!has_pixels(board, view, lens, pose)) return std::nullopt;
   ceres::Problem problem;
   for (const SeenCorner& corner : view.corners)
     problem.AddResidualBlock(corner_cost(board, corner, lens.model, false), nullptr, values.data(), pose.data());
