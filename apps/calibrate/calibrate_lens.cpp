@@ -192,6 +192,13 @@ int run(const CalibrateLensOptions& options) {
         "the corners differ from the best lens by {:.1f} px (one sigma), and with good images by 0.1 to 0.5 px: check "
         "that --size is that of the whole board, that the board is plane, and that the images are sharp",
         found->adjusted.sigma_px);
+  constexpr double kUsualFocalSigma = 0.03;  // as a share
+  const double focal = found->adjusted.lens.focal_px.x(), sigma = std::sqrt(found->adjusted.covariance(0, 0));
+  if (sigma > kUsualFocalSigma * focal)
+    log_warning(
+        "the views hardly determine the focal length ({:.1f} px +- {:.1f}): tilt the board against the image, "
+        "differently in each view",
+        focal, sigma);
   if (found->two_lenses)
     log_warning("{}. The result is a mean of both: calibrate the images of each by themselves",
                 found->two_lenses->words());

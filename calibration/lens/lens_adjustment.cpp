@@ -154,6 +154,9 @@ bool lens_covariance(ceres::Problem& problem, double* lens, std::vector<Pose>& p
       out.sigma_px * out.sigma_px * back * directions.values.cwiseMax(1.0).asDiagonal() * back.transpose();
   out.covariance.setZero();
   for (Eigen::Index i = 0; i < m; ++i)
+    if (const int parameter = free[static_cast<std::size_t>(i)]; parameter < 2)
+      out.focal_noise_px[parameter] = out.sigma_px * whiten.col(i).norm();
+  for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j < m; ++j)
       out.covariance(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) = covariance(i, j);
   return true;
@@ -250,6 +253,7 @@ Result<AdjustedLens> adjust_lens(const Board& board, std::span<const BoardView> 
   if (config.one_focal) {
     out.covariance.row(1) = out.covariance.row(0);
     out.covariance.col(1) = out.covariance.col(0);
+    out.focal_noise_px[1] = out.focal_noise_px[0];
   }
   return out;
 }

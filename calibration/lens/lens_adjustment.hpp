@@ -32,6 +32,8 @@ struct AdjustedLens {
   /// How strongly each view pulls the lens to one side or the other along the direction in which the views disagree
   /// most. Their signs part the views of two lenses.
   std::vector<double> pulls;
+  /// One sigma of the focal lengths by the noise of independent corners alone, px.
+  Eigen::Vector2d focal_noise_px = Eigen::Vector2d::Zero();
   /// Covariance of LensValues::parameters() by the disagreement of the views, and at least sigma_px squared times the
   /// inverse normal matrix, from which the poses are eliminated. Fixed parameters have 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> covariance =

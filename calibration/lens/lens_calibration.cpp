@@ -151,7 +151,7 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
     out.adjusted = std::move(*again);
   }
   for (int i = 0; i < 2; ++i) {
-    const double sigma = std::sqrt(out.adjusted.covariance(i, i));
+    const double sigma = out.adjusted.focal_noise_px[i];
     if (!(sigma < kVagueFocal * out.adjusted.lens.focal_px[i]))
       return Error{ErrorCode::Unavailable,
                    fmt::format("the views do not determine the focal length ({:.1f} px +- {:.1f}): tilt the board "
