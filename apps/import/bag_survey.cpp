@@ -1,7 +1,12 @@
 #include "apps/import/bag_survey.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "apps/import/image_message.hpp"
@@ -13,11 +18,15 @@ namespace hueline::apps {
 namespace {
 
 using drivers::RosReader;
+using drivers::without_slash;
 
-std::string without_slash(std::string frame) {
-  if (frame.starts_with('/')) frame.erase(0, 1);  // ROS 1's first tf wrote one
-  return frame;
+/// Returns whether a frame is that of a vehicle's body, by REP 105 and habit; the vehicle's name may stand before it.
+bool is_body(std::string_view frame) {
+  constexpr std::array<std::string_view, 3> kBodies{"base_link", "base_footprint", "ego_vehicle"};
+  return std::ranges::find(kBodies, frame.substr(frame.rfind('/') + 1)) != kBodies.end();
 }
+
+bool is_of_static_tree(const rosbag::BagTopic& topic) { return topic.name.ends_with("tf_static"); }
 
 /// Sees the first clouds of one topic: enough to know how far they are apart.
 class CloudSurvey {
@@ -70,19 +79,56 @@ class Surveyor {
         known = take_camera_info(in);
       return;
     }
-    const bool is_tree = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
-    if (is_tree) {
-      out.tree.take(in, topic.name.ends_with("tf_static"));
-      return;
-    }
+    if (drivers::carries_transforms(topic.type)) return take_tree(topic, message.received, in);
     if (drivers::pose_rank(topic.type) != drivers::RosPoseRank::None) return take_pose(topic, message.received, in);
     if (drivers::have_header(topic.type))
       out.frames.emplace(topic.name, without_slash(RosReader(in).take_header().frame));
   }
 
+  /// Call it after the last message.
+  void finish() {
+    for (auto& [name, pose] : out.poses) {
+      if (pose.usable == 0 && pose.far > 0)
+        pose.why = fmt::format(
+            "its positions are more than {:.0f} km from their origin, as coordinates of a map (UTM) are; only metres "
+            "about a place are read",
+            drivers::kFarthest_m / 1000);
+      // Odometry is the way of a vehicle whatever it calls its frames.
+      if (pose.type.starts_with("geometry_msgs/") && out.moves_with_vehicle(pose.world)) {
+        pose.why = fmt::format("its poses are given in the frame {}, which moves with the vehicle", pose.world);
+        pose.usable = 0;
+      }
+    }
+    for (auto& [name, links] : links_)
+      if (auto pose = out.pose_of_tree(links)) out.poses.emplace(name, std::move(*pose));
+  }
+
   BagSurvey out;
 
  private:
+  void take_tree(const rosbag::BagTopic& topic, UnixTime received, const RosReader& in) {
+    const auto transforms = drivers::take_transforms(in);
+    if (!transforms) return;
+    out.tree.take(*transforms, is_of_static_tree(topic));
+    if (is_of_static_tree(topic)) return;
+    for (const auto& one : *transforms) {
+      auto& links = links_[topic.name];
+      if (links.size() == FrameTree::kMostFrames && !links.contains(one.child)) continue;
+      PoseTopic& link = links.try_emplace(one.child, PoseTopic{topic.type, one.child}).first->second;
+      take_time(link, one.time, one.time, received);
+    }
+  }
+  /// Counts a message that can be used. `stamp`: its header's; `said`: its own time.
+  static void take_time(PoseTopic& pose, UnixTime said, UnixTime stamp, UnixTime received) {
+    const UnixTime time = count_ns(said) == 0 ? received : said;
+    ++pose.usable;
+    if (time < to_unix(GpsTime())) ++pose.before_gps;
+    pose.begin = std::min(pose.begin.value_or(time), time);
+    // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
+    const nanoseconds delay = received - time;
+    if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;
+    if (count_ns(stamp) != 0) (stamp < to_unix(GpsTime()) ? pose.pace_before_gps : pose.pace).take(stamp, received);
+  }
   void take_camera(const rosbag::BagTopic& topic, UnixTime received, const RosReader& in) {
     CameraTopic& camera = out.cameras[topic.name];
     ++camera.images;
@@ -112,45 +158,33 @@ class Surveyor {
     PoseTopic& pose = known->second;
     if (pose.type != topic.type) return;  // ROS does not allow a second type under one name
     if (const auto said = drivers::pose_time(topic.type, in)) {
-      const UnixTime time = count_ns(*said) == 0 ? received : *said;
-      ++pose.usable;
-      if (time < to_unix(GpsTime())) ++pose.before_gps;
-      if (topic.type == "sensor_msgs/NavSatFix" && drivers::take_position(in)->sigma_enu) ++pose.with_sigma;
-      pose.begin = std::min(pose.begin.value_or(time), time);
-      // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
-      const nanoseconds delay = received - time;
-      if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;
-      if (const UnixTime stamp = RosReader(in).take_header().stamp; count_ns(stamp) != 0)
-        (stamp < to_unix(GpsTime()) ? pose.pace_before_gps : pose.pace).take(stamp, received);
+      take_time(pose, *said, RosReader(in).take_header().stamp, received);
+      if (drivers::states_accuracy(topic.type, in)) ++pose.with_sigma;
     }
-    if (!is_new) return;
-    std::string frame = in.take_header().frame;
-    if (drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local)
-      frame = in.take_string();  // the child of the pose
-    pose.frame = without_slash(frame);
+    if (drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local) {
+      if (drivers::is_far(topic.type, in)) ++pose.far;
+      const auto local = drivers::take_local_pose(topic.type, in);
+      if (!local) return;
+      pose.farthest_m = std::max(pose.farthest_m, local->enu.norm());
+      if (pose.usable > 1) return;
+      pose.world = local->frame;
+      pose.frame = local->body;
+    } else if (is_new) {
+      pose.frame = without_slash(in.take_header().frame);
+    }
   }
 
   std::map<std::string, CloudSurvey> clouds_;
+  std::map<std::string, TreeLinks> links_;  // by topic
   UnixTime newest_{UnixTime::min()};
 };
 
 }  // namespace
 
-bool FrameTree::take(RosReader in, bool is_static) {
-  constexpr std::size_t kMostFrames = 10'000;
+void FrameTree::take(const std::vector<drivers::RosTransform>& transforms, bool is_static) {
   constexpr double kSame = 1e-6;
-  const std::uint32_t count = in.take_count(8 * 7);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::string parent = without_slash(in.take_header().frame), child = without_slash(in.take_string());
-    Eigen::Vector3d t;
-    for (double& value : t) value = in.take<double>();
-    const auto x = in.take<double>(), y = in.take<double>(), z = in.take<double>(), w = in.take<double>();
-    const Eigen::Quaterniond q(w, x, y, z);
-    if (!in.ok()) return false;
-    if (!t.allFinite() || !(std::abs(q.norm() - 1) < 0.01) || parents_.size() == kMostFrames) continue;
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() = q.normalized().toRotationMatrix();
-    T.translation() = t;
+  for (const auto& [time, parent, child, T] : transforms) {
+    if (parents_.size() == kMostFrames) continue;
     const auto [known, is_new] = parents_.try_emplace(child, Parent{parent, T, is_static});
     if (is_new || (known->second.is_static && !is_static)) continue;
     if (is_static)
@@ -158,13 +192,21 @@ bool FrameTree::take(RosReader in, bool is_static) {
     else
       known->second.moves |= known->second.frame != parent || !known->second.T_parent_child.isApprox(T, kSame);
   }
-  return true;
+}
+
+drivers::RosTransformPath FrameTree::path_up(const std::string& frame) const {
+  drivers::RosTransformPath out;
+  for (auto found = parents_.find(frame); found != parents_.end() && out.steps.size() < kDeepest;
+       found = parents_.find(found->second.frame)) {
+    const Parent& up = found->second;
+    out.steps.push_back({found->first, up.frame, up.moves ? std::nullopt : std::optional(up.T_parent_child)});
+  }
+  return out;
 }
 
 std::vector<std::pair<std::string, Eigen::Isometry3d>> FrameTree::to_root(const std::string& frame) const {
   std::vector<std::pair<std::string, Eigen::Isometry3d>> out{{frame, Eigen::Isometry3d::Identity()}};
-  constexpr std::size_t kDeepestTree = 100;  // a circle ends here
-  for (auto found = parents_.find(frame); found != parents_.end() && !found->second.moves && out.size() < kDeepestTree;
+  for (auto found = parents_.find(frame); found != parents_.end() && !found->second.moves && out.size() < kDeepest;
        found = parents_.find(found->second.frame))
     out.emplace_back(found->second.frame, found->second.T_parent_child * out.back().second);
   return out;
@@ -191,8 +233,57 @@ std::set<std::string> FrameTree::ending_with(const std::string& ending) const {
   return out;
 }
 
+std::vector<std::string> BagSurvey::sensor_frames() const {
+  std::vector<std::string> out;
+  for (const auto& [name, one] : cameras) out.push_back(one.frame);
+  for (const auto& [name, one] : clouds) out.push_back(one.frame);
+  for (const auto& [name, frame] : frames) out.push_back(frame);
+  std::erase(out, std::string());
+  return out;
+}
+
+bool BagSurvey::moves_with_vehicle(const std::string& frame) const {
+  if (is_body(frame)) return true;
+  if (frame.empty() || is_standing(frame)) return false;
+  return std::ranges::any_of(sensor_frames(), [&](const std::string& sensor) {
+    return sensor != frame && !is_standing(sensor) && tree.place(sensor, frame);
+  });
+}
+
+std::optional<PoseTopic> BagSurvey::pose_of_tree(const TreeLinks& links) const {
+  const auto sensors = sensor_frames();
+  std::optional<PoseTopic> best;
+  std::tuple<std::ptrdiff_t, bool, std::uint64_t> most;
+  for (const auto& [child, link] : links) {
+    drivers::RosTransformPath path = tree.path_up(child);
+    if (path.steps.empty()) continue;
+    // A vehicle may stand all the time.
+    if (is_standing(path.steps.front().parent)) path.steps.front().fixed.reset();
+    if (path.steps.front().fixed) continue;
+    const std::string& world = path.steps.back().parent;
+    const auto carried = std::ranges::count_if(
+        sensors, [&, &child = child](const std::string& one) { return tree.place(one, child).has_value(); });
+    // A wheel moves, too, and so does everything on a vehicle that nobody has placed in the world.
+    if (moves_with_vehicle(world) || std::ranges::find(sensors, world) != sensors.end()) continue;
+    const bool is_vehicle = is_body(child) || is_standing(path.steps.front().parent);
+    if (carried == 0 && !is_vehicle) continue;
+    const std::tuple worth(carried, is_body(child), link.usable);
+    if (best && worth <= most) continue;
+    most = worth;
+    best = link;
+    best->world = world;
+    best->path = std::move(path);
+  }
+  return best;
+}
+
+bool is_standing(std::string_view frame) {
+  constexpr std::array<std::string_view, 5> kStanding{"map", "odom", "world", "earth", "camera_init"};
+  return std::ranges::find(kStanding, frame) != kStanding.end();
+}
+
 bool is_imported(const rosbag::BagTopic& topic) {
-  return topic.trouble.empty() &&
+  return topic.trouble.empty() && !is_of_static_tree(topic) &&
          (drivers::carries_cloud(topic.type) || carries_image(topic.type) || drivers::carries_datagrams(topic.type) ||
           drivers::pose_rank(topic.type) != drivers::RosPoseRank::None);
 }
@@ -204,6 +295,7 @@ std::optional<UnixTime> stamp_of(const rosbag::BagTopic& topic, const rosbag::Ba
     drivers::take_datagrams(topic.type, in, datagrams);
     return datagrams.empty() ? std::nullopt : datagrams.front().stamp;
   }
+  if (drivers::carries_transforms(topic.type)) in.take_count(1);  // that of the first one
   const UnixTime stamp = carries_image(topic.type) ? take_image_header(topic.type, in).stamp : in.take_header().stamp;
   return in.ok() && count_ns(stamp) != 0 ? std::optional(stamp) : std::nullopt;
 }
@@ -218,6 +310,7 @@ Result<BagSurvey> survey_bag(const std::filesystem::path& path) {
       const rosbag::BagTopic& topic = (*bag)->topics()[message->topic];
       if (topic.trouble.empty()) surveyor.take(topic, *message);
     } else if (message.error().code != ErrorCode::Malformed) {
+      surveyor.finish();
       return std::move(surveyor.out);
     }
   }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,15 +23,19 @@ namespace hueline::apps {
 /// the same, as tf's static_transform_publisher sends it.
 class FrameTree {
  public:
-  /// Takes the transforms of a tf2_msgs/TFMessage. `is_static`: of /tf_static. Returns false if it is broken.
-  bool take(drivers::RosReader message, bool is_static);
+  static constexpr std::size_t kMostFrames = 10'000;
+  /// Takes the transforms of a tf2_msgs/TFMessage. `is_static`: of /tf_static.
+  void take(const std::vector<drivers::RosTransform>& transforms, bool is_static);
   /// Returns the place of frame `of` in frame `in`, or nothing if the tree does not join them.
   std::optional<Eigen::Isometry3d> place(const std::string& of, const std::string& in) const;
   bool has(const std::string& frame) const;
+  /// Returns the way from `frame` up to the root.
+  drivers::RosTransformPath path_up(const std::string& frame) const;
   /// Returns the frames whose names end with `ending`.
   std::set<std::string> ending_with(const std::string& ending) const;
 
  private:
+  static constexpr std::size_t kDeepest = 100;  // a circle ends here
   struct Parent {
     std::string frame;
     Eigen::Isometry3d T_parent_child;
@@ -39,6 +44,12 @@ class FrameTree {
   std::vector<std::pair<std::string, Eigen::Isometry3d>> to_root(const std::string& frame) const;
   std::map<std::string, Parent> parents_;  // by child
 };
+
+/// The transforms of a topic of tf, by the child.
+using TreeLinks = std::map<std::string, PoseTopic>;
+
+/// Returns whether a frame does not move with the vehicle, by REP 105 and habit.
+bool is_standing(std::string_view frame);
 
 /// What one reading of a recording tells of its topics, before anything is written.
 struct BagSurvey {
@@ -62,6 +73,14 @@ struct BagSurvey {
   /// The longest way back from one message to a later one, by the recorder's times, among those that a drive is made
   /// of.
   nanoseconds disorder{0};
+
+  /// Returns the frames of cameras and scanners.
+  std::vector<std::string> sensor_frames() const;
+  /// Returns whether the tree of frames joins a frame to the vehicle. One that stands does not.
+  bool moves_with_vehicle(const std::string& frame) const;
+  /// Returns the pose of the vehicle that a topic of tf says: that of the frame which carries the most sensors, or that
+  /// of the vehicle by its name; nothing: it says none.
+  std::optional<PoseTopic> pose_of_tree(const TreeLinks& links) const;
 };
 
 /// Returns whether packets of a drive may be made of a topic's messages.

@@ -70,8 +70,9 @@ void add_import(Command& all) {
   command.required("RECORDING", options->bag, "MCAP, .db3 or .bag, or a folder with the files of one recording")
       .reads(options->bag);
   command.required("--out", options->out, "folder of the drive").writes_into(options->out);
-  command.option("--origin", options->origin,
-                 "latitude, longitude (deg), ellipsoidal height (m) of the origin of nav_msgs/Odometry");
+  command.option(
+      "--origin", options->origin,
+      "latitude, longitude (deg), ellipsoidal height (m) of the origin of local poses: Odometry, PoseStamped, /tf");
   command.option("--clouds", options->clouds,
                  "topics of the point clouds to take; default: of each frame the one with times and the most points");
   command.option("--images", options->images,

@@ -138,9 +138,16 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   sensors.add_clouds(options.clouds);
   if (Status done = sensors.add_cameras(options.images, *offset); !done.ok()) return done.error();
   for (const auto& one : files->topics) {
-    if (one.topic.type != "tf2_msgs/TFMessage" && one.topic.type != "tf/tfMessage") continue;
-    out.became[one.topic.name] = sensors.mounted() > 0 ? "the tree of frames: mountings of the rig"
-                                                       : "not used: its frames join no sensor to the vehicle";
+    if (!drivers::carries_transforms(one.topic.type)) continue;
+    std::string& became = out.became[one.topic.name];
+    became = sensors.mounted() > 0 ? "the tree of frames: mountings of the rig"
+                                   : "not used: its frames join no sensor to the vehicle";
+    const auto its_pose = sensors.became().find(one.topic.name);
+    if (its_pose == sensors.became().end()) continue;
+    if (its_pose->second.starts_with("not used"))
+      became += "; its pose is " + its_pose->second;
+    else
+      became = its_pose->second + (sensors.mounted() > 0 ? "; mountings of the rig" : "");
   }
   out.became.insert(sensors.became().begin(), sensors.became().end());
   out.topics = std::move(files->topics);

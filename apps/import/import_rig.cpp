@@ -18,8 +18,6 @@ namespace {
 /// One sigma that an image's header.stamp gets: drivers take the time when they had the image, some ms after the
 /// exposure.
 constexpr int kImageStampSigma_us = 10'000;
-/// Frames that do not move with the vehicle, by REP 105 and habit.
-constexpr std::array<std::string_view, 5> kStanding{"map", "odom", "world", "earth", "camera_init"};
 
 /// Six numbers as the mounting of a rig file. `T_a_b` maps coordinates of b into a.
 std::string mounting(const Eigen::Isometry3d& T_a_b) {
@@ -74,6 +72,9 @@ void ImportRig::add_pose() {
     return;
   }
   for (const std::string& topic : pose_.topics) became_[topic] = "sensor pos";
+  if (!pose_.path.steps.empty())
+    became_[pose_.topics.front()] +=
+        fmt::format(", the pose of {} in {}", pose_.path.steps.front().child, pose_.path.steps.back().parent);
   const bool is_simulated = pose_.shift != nanoseconds(0);
   if (is_simulated)
     to_do_.push_back(
@@ -91,8 +92,18 @@ void ImportRig::add_pose() {
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
   if (!pose_.is_sigma_known)
     to_do_.push_back(
-        "the poses state no accuracy that is used (a covariance of NavSatFix), so the sigmas of the points are those "
-        "of a good receiver, 0.05 m and 0.03 deg: NOT KNOWN to be true");
+        "the poses state no accuracy that is used (a covariance), so the sigmas of the points are those of a good "
+        "receiver, 0.05 m and 0.03 deg: NOT KNOWN to be true");
+  if (!pose_.is_height_known)
+    to_do_.push_back(
+        "GPSFix does not say from where its heights count. They are taken for those above the ellipsoid; if they are "
+        "those above the sea, all points are wrong by the undulation of the geoid (48 m in Germany): NOT KNOWN");
+  if (constexpr double kTangent_m = 20'000; pose_.farthest_m > kTangent_m)
+    to_do_.push_back(fmt::format(
+        "the poses are up to {:.0f} km from their origin. They are taken for metres east, north and up in the plane "
+        "that touches the ellipsoid at --origin; coordinates of a map (UTM, MGRS) are not that: their heights would be "
+        "{:.0f} m wrong there",
+        pose_.farthest_m / 1000, pose_.farthest_m * pose_.farthest_m / 2 / 6'371'000));
   sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
   sensors_.back().yaml =
       fmt::format("  - name: {}  # {}{}\n    driver: novatel\n    tcp: {{host: 127.0.0.1, port: 3001}}\n",
@@ -126,8 +137,7 @@ std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::C
                                     const std::vector<std::string>& wanted) const {
   if (!cloud.config) return cloud.why.empty() ? "no message of it has a return" : cloud.why;
   if (!wanted.empty()) return std::ranges::find(wanted, topic) != wanted.end() ? "" : "--clouds does not name it";
-  if (std::ranges::find(kStanding, cloud.frame) != kStanding.end())
-    return fmt::format("its frame {} does not move with the vehicle", cloud.frame);
+  if (is_standing(cloud.frame)) return fmt::format("its frame {} does not move with the vehicle", cloud.frame);
   if (const auto packets = packets_in_.find(cloud.frame); packets != packets_in_.end())
     return fmt::format("the packets of {} are in the same frame", packets->second);
   // Of several clouds in one frame, the others are made of one of them.

@@ -21,8 +21,20 @@ PoseKind kind_of(const PoseTopic& topic) { return {drivers::pose_rank(topic.type
 /// By kind, the name of its topic.
 using KindTopics = std::map<PoseKind, std::string>;
 
+/// Which of the types of one kind says most surely where the vehicle is. A PoseStamped may be a place to go to.
+int sureness(const std::string& type) {
+  if (drivers::carries_transforms(type)) return 0;
+  if (type.starts_with("geometry_msgs/")) return 1;
+  return drivers::is_gps_fix(type) ? 1 : 2;
+}
+
 KindTopics best_of_each(const std::map<std::string, PoseTopic>& found) {
-  const auto worth = [](const PoseTopic& one) { return std::tuple(one.usable, one.type.ends_with("INSPVAX")); };
+  std::map<PoseKind, std::uint64_t> most;
+  for (const auto& [name, topic] : found) most[kind_of(topic)] = std::max(most[kind_of(topic)], topic.usable);
+  const auto worth = [&](const PoseTopic& one) {
+    const bool is_rare = 10 * one.usable < most[kind_of(one)];
+    return std::tuple(!is_rare, sureness(one.type), one.usable, one.type.ends_with("INSPVAX"));
+  };
   KindTopics out;
   for (const auto& [name, topic] : found) {
     if (topic.usable == 0) continue;
@@ -51,6 +63,7 @@ constexpr const char* kNoOrigin = "its metres need an origin, see --origin";
 /// Returns why a topic cannot be used, whatever others there are; empty: it can.
 std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool has_origin) {
   const PoseKind kind = kind_of(topic);
+  if (!topic.why.empty()) return topic.why;
   if (topic.usable == 0) return what_it_lacks(kind);
   if (kind.first == RosPoseRank::Local && !has_origin) return kNoOrigin;
   return is_whole(kind.first, best) ? std::string() : what_it_needs(kind);
@@ -133,7 +146,11 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
   for (const auto& [kind, name] : best) {
     if (kind.first != out.rank) continue;
     taken.insert(name);
-    if (kind != kPositions) out.frame = found.at(name).frame;
+    const PoseTopic& topic = found.at(name);
+    if (kind != kPositions) out.frame = topic.frame;
+    out.is_height_known &= !drivers::is_gps_fix(topic.type);
+    out.farthest_m = std::max(out.farthest_m, topic.farthest_m);
+    out.path = topic.path;
   }
   out.topics.assign(taken.begin(), taken.end());
   learn_clock(found, out);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/ros/ros_pose_message.hpp"
+#include "drivers/ros/ros_pose.hpp"
 
 namespace hueline::apps {
 
@@ -25,13 +25,18 @@ struct RecorderPace {
 /// What a recording's messages of one topic say of the pose.
 struct PoseTopic {
   std::string type;                        ///< ros_type()
-  std::string frame;                       ///< that they are the pose of, by the first message
+  std::string frame;                       ///< that they are the pose of, by the first message; empty: they do not say
   std::uint64_t usable = 0;                ///< messages that can be used (drivers::pose_time())
-  std::uint64_t with_sigma = 0;            ///< those of them that state their accuracy, of NavSatFix
+  std::uint64_t with_sigma = 0;            ///< those of them that state their accuracy
   std::uint64_t before_gps = 0;            ///< those of them whose times lie before the begin of GPS time
   std::optional<UnixTime> begin{};         ///< the earliest of their times
   std::optional<nanoseconds> delay{};      ///< from theirs to the recorder's time, where these are nearest
   RecorderPace pace{}, pace_before_gps{};  ///< by header.stamp; of those before the begin of GPS time by themselves
+  std::string world{};                     ///< of local poses the frame that they are given in
+  double farthest_m = 0;                   ///< of local poses: from the origin
+  std::uint64_t far = 0;                   ///< messages farther than drivers::kFarthest_m, which cannot be used
+  std::string why{};                       ///< why none of the messages can be used, where it is known
+  drivers::RosTransformPath path{};        ///< of tf
 };
 
 /// The date from which the stamps of a simulator are counted, which begin at 0: 2020-01-01T00:00:00Z. Receivers cannot
@@ -53,6 +58,9 @@ struct PoseChoice {
   nanoseconds delay{0};                         ///< from the time of a pose to the recorder's, where these are nearest
   bool is_sigma_known = true;                   ///< most of them state their accuracy, or their kind always does
   bool is_other_pace = false;                   ///< RecorderPace::is_other()
+  bool is_height_known = true;                  ///< no position is of GPSFix, whose heights have any reference
+  double farthest_m = 0;                        ///< PoseTopic::farthest_m
+  drivers::RosTransformPath path{};             ///< PoseTopic::path
   /// Is added to the stamps: not 0 if most of them lie before the begin of GPS time, as those of a simulator do.
   nanoseconds shift{0};
 
@@ -64,9 +72,11 @@ struct PoseChoice {
 };
 
 /// Chooses among `found`, by their names. Of each kind that topic is taken which has the most messages that can be
-/// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. Of the kinds that of
-/// the highest rank is taken. `wanted` names topics that are taken instead. `has_origin`: nav_msgs/Odometry can be
-/// used. Errors: Invalid if `wanted` names a topic that cannot be used, or several that are not one pose.
+/// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. NavSatFix is taken
+/// before GPSFix, and Odometry before other local poses, and these before tf, if it has a tenth of the messages of the
+/// topic that has most. Of the kinds that of the highest rank is taken. `wanted` names topics that are taken instead.
+/// `has_origin`: local poses can be used. Errors: Invalid if `wanted` names a topic that cannot be used, or several
+/// that are not one pose.
 Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
                                const std::vector<std::string>& wanted);
 

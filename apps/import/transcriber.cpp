@@ -44,7 +44,7 @@ Status OrderedJournal::write() {
 
 Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose,
                          std::optional<Geodetic> origin, OrderedJournal& journal)
-    : sensors_(sensors), from_(pose), pose_(pose.rank, origin, pose.shift), journal_(journal) {
+    : sensors_(sensors), from_(pose), pose_(pose.rank, origin, pose.shift, pose.path), journal_(journal) {
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const auto id = static_cast<SensorId>(i + 1);
     if (sensors[i].kind == ImportedSensor::Kind::Pose)

@@ -90,7 +90,9 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
     case RosPoseRank::Solution:
       return take_solution(type, message, out);
     case RosPoseRank::Local:
-      return take_odometry(message, recorded, out);
+      if (carries_transforms(type)) return take_transforms(type, message, recorded, out);
+      if (const auto local = take_local_pose(type, message)) return take_local(type, *local, recorded, out);
+      return false;
     case RosPoseRank::Part:
       return take_part(type, message, recorded, out);
     case RosPoseRank::None:
@@ -142,7 +144,7 @@ bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, 
     if (!settle(orientation->time, recorded, type)) return true;
     is_used = joiner_.add(*orientation, recorded);
   } else {
-    auto position = take_position(in);
+    auto position = take_position(type, in);
     if (!position) return false;
     if (!settle(position->time, recorded, type)) return true;
     is_used = joiner_.add(*position, recorded);
@@ -155,7 +157,7 @@ bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, 
 void RosPose::give_joined(std::vector<Logs>& out) {
   while (const auto one = joiner_.next()) {
     const RosPosition& at = one->position;
-    give({at.time, at.place, one->orientation.q_enu_flu, at.sigma_enu}, one->velocity_enu, out);
+    give({at.time, at.place, one->orientation.q_enu_flu, at.sigma_enu, {}}, one->velocity_enu, out);
   }
   if (joiner_.unplaced() > 0) dropped_["sensor_msgs/Imu"].unplaced = joiner_.unplaced();
 }
@@ -165,24 +167,52 @@ void RosPose::finish(std::vector<Logs>& out) {
   give_joined(out);
 }
 
-bool RosPose::take_odometry(RosReader in, UnixTime recorded, std::vector<Logs>& out) {
-  auto local = take_local_pose(in);
-  if (!local || !origin_) return false;
-  if (!settle(local->time, recorded, "nav_msgs/Odometry")) return true;
-  const Pose now{local->time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local->enu}), local->q_enu_flu, {}};
+/// Takes the steps of the path that stand in a message. The first one ends a pose; those above it are taken before.
+bool RosPose::take_transforms(std::string_view type, RosReader in, UnixTime recorded, std::vector<Logs>& out) {
+  const auto transforms = drivers::take_transforms(in);
+  if (!transforms) return false;
+  for (std::size_t i = path_.steps.size(); i-- > 0;)
+    for (const RosTransform& one : *transforms) {
+      const RosTransformPath::Step& step = path_.steps[i];
+      if (step.fixed || one.child != step.child || one.parent != step.parent) continue;
+      steps_[i] = one.T_parent_child;
+      if (i > 0) continue;
+      Eigen::Isometry3d T_world_body = Eigen::Isometry3d::Identity();
+      bool is_whole = true;
+      for (std::size_t above = 0; above < steps_.size() && is_whole; ++above) {
+        const auto& T = path_.steps[above].fixed ? path_.steps[above].fixed : steps_[above];
+        is_whole = T.has_value();
+        if (is_whole) T_world_body = *T * T_world_body;
+      }
+      if (!is_whole || !(T_world_body.translation().norm() < kFarthest_m)) continue;
+      RosLocalPose pose;
+      pose.time = one.time;
+      pose.enu = T_world_body.translation();
+      pose.q_enu_flu = Eigen::Quaterniond(T_world_body.linear()).normalized();
+      if (!take_local(type, pose, recorded, out)) return false;
+    }
+  return true;
+}
+
+bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime recorded, std::vector<Logs>& out) {
+  if (!origin_) return false;
+  if (!settle(local.time, recorded, type)) return true;
+  Dropped& dropped = dropped_[std::string(type)];
+  const Pose now{local.time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local.enu}), local.q_enu_flu,
+                 local.sigma_enu, local.sigma_flu};
   if (last_ && now.time <= last_->time) {
-    ++dropped_["nav_msgs/Odometry"].late;
+    ++dropped.late;
     return true;
   }
   const auto before = std::exchange(last_, now);
   if (!before) {
-    ++dropped_["nav_msgs/Odometry"].alone;
+    ++dropped.alone;
     return true;
   }
   const Eigen::Vector3d step = to_ecef(now.place).xyz - to_ecef(before->place).xyz;
   const Eigen::Vector3d velocity =
       ecef_from_enu(now.place).rotation.conjugate() * step / to_seconds(now.time - before->time);
-  if (std::exchange(dropped_["nav_msgs/Odometry"].alone, 0) > 0) give(*before, velocity, out);
+  if (std::exchange(dropped.alone, 0) > 0) give(*before, velocity, out);
   give(now, velocity, out);
   return true;
 }
@@ -197,9 +227,12 @@ void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vecto
   pva.velocity = {velocity.y(), velocity.x(), velocity.z()};
   pva.angles = {attitude.roll / kDegree, attitude.pitch / kDegree, attitude.heading / kDegree};
   if (pose.sigma_enu) {
-    // Messages of this kind say little about velocity and attitude: 0.1 m/s, 0.2 deg, heading 0.5 deg.
+    // Messages of this kind say little about velocity, and some nothing of the attitude: 0.1 m/s, 0.2 deg, heading
+    // 0.5 deg.
     const Eigen::Vector3f s = pose.sigma_enu->cast<float>();
-    pva.sigma = {s.y(), s.x(), s.z(), 0.1f, 0.1f, 0.1f, 0.2f, 0.2f, 0.5f};
+    const Eigen::Vector3d known = pose.sigma_flu.value_or(Eigen::Vector3d(0.2, 0.2, 0.5) * kDegree) / kDegree;
+    const Eigen::Vector3f turn = known.cast<float>();
+    pva.sigma = {s.y(), s.x(), s.z(), 0.1f, 0.1f, 0.1f, turn.x(), turn.y(), turn.z()};
   }
   out.push_back(logs_of(pva, pose.time + kLatency));
 }

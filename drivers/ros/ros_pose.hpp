@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/buffer.hpp"
@@ -17,15 +18,25 @@
 /// Positions and attitudes in messages of ROS, as the logs of a NovAtel receiver.
 namespace hueline::drivers {
 
+/// The way through the tree of frames from the vehicle's body to the world.
+struct RosTransformPath {
+  struct Step {
+    std::string child, parent;
+    std::optional<Eigen::Isometry3d> fixed;  ///< where it stays the same; nothing: messages say it
+  };
+  std::vector<Step> steps;  ///< from the body up; the first one moves
+};
+
 /// Makes logs of a receiver (novatel/wire.hpp) of the messages of one rank. Oem7RawMsg holds such logs, which are
 /// taken as they are. Everything else becomes INSPVA, with INSSTDEV before it where sigmas are known:
 /// - INSPVA(X): the values as they are; the time is the receiver's, from nov_header.
-/// - NavSatFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
-///   interpolated (ros_pose_joiner.hpp). NavSatFix gives the height above the ellipsoid.
-/// - Odometry: metres east, north, up of the origin.
+/// - NavSatFix or GPSFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
+///   interpolated (ros_pose_joiner.hpp). The height is taken for that above the ellipsoid.
+/// - Odometry, PoseStamped, PoseWithCovarianceStamped, the transforms of tf along a RosTransformPath: metres east,
+///   north, up of the origin.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
 /// of the last two is header.stamp, taken for UTC, or the recorder's time if header.stamp is 0. The velocity of
-/// Odometry is that from the message before; the first one has that of the second.
+/// the last one is that from the message before; the first one has that of the second.
 /// Thread safety: none.
 class RosPose {
  public:
@@ -39,12 +50,14 @@ class RosPose {
     std::uint64_t late = 0;            ///< their stamps went back, or are there already
     std::uint64_t of_other_clock = 0;  ///< their stamps lie on the other side of the begin of GPS time
     std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan
-    std::uint64_t alone = 0;     ///< a pose of Odometry without a second one: it has no velocity
+    std::uint64_t alone = 0;     ///< a local pose without a second one: it has no velocity
   };
-  /// `shift` is added to the times of Odometry, NavSatFix and Imu in the logs, not to when these count as received.
-  /// Without it, stamps before the begin of GPS time are not used; with it, only they are.
-  RosPose(RosPoseRank rank, std::optional<Geodetic> origin, nanoseconds shift = nanoseconds(0))
-      : rank_(rank), origin_(origin), shift_(shift) {}
+  /// `shift` is added to the times that are header.stamp in the logs, not to when these count as received. Without it,
+  /// stamps before the begin of GPS time are not used; with it, only they are. `path`: of the messages of tf that first
+  /// step which moves gives the poses; one above it that moves too, as REP 105's map -> odom, counts until its next.
+  RosPose(RosPoseRank rank, std::optional<Geodetic> origin, nanoseconds shift = nanoseconds(0),
+          RosTransformPath path = {})
+      : rank_(rank), origin_(origin), shift_(shift), path_(std::move(path)), steps_(path_.steps.size()) {}
 
   /// Takes a message of a type of the rank. Appends what it completes to `out`. Returns false if it is broken or says
   /// nothing that can be used.
@@ -59,18 +72,21 @@ class RosPose {
     UnixTime time{};
     Geodetic place{};
     Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
-    std::optional<Eigen::Vector3d> sigma_enu;
+    std::optional<Eigen::Vector3d> sigma_enu, sigma_flu;
   };
   bool take_solution(std::string_view type, RosReader message, std::vector<Logs>& out);
   bool take_part(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
   void give_joined(std::vector<Logs>& out);
-  bool take_odometry(RosReader message, UnixTime recorded, std::vector<Logs>& out);
+  bool take_transforms(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
+  bool take_local(std::string_view type, RosLocalPose pose, UnixTime recorded, std::vector<Logs>& out);
   bool settle(UnixTime& stamp, UnixTime recorded, std::string_view type);
   void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out) const;
 
   RosPoseRank rank_;
   std::optional<Geodetic> origin_;
   nanoseconds shift_;
+  RosTransformPath path_;
+  std::vector<std::optional<Eigen::Isometry3d>> steps_;  // the latest of each step of the path
   std::optional<Pose> last_;
   RosPoseJoiner joiner_;
   std::map<std::string, Dropped> dropped_;

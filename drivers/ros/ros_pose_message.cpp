@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "core/calendar.hpp"
 
@@ -17,6 +19,26 @@ Eigen::Quaterniond take_quaternion(RosReader& in) {
   return {w, x, y, z};
 }
 bool is_rotation(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1) < 0.01; }
+
+// Drivers that know no covariance say so with zeros, -1 or numbers that are none, whatever its kind says; others with
+// large ones.
+std::optional<Eigen::Vector3d> sigma_of(const Eigen::Vector3d& variance, double largest) {
+  if (!variance.allFinite() || !(variance.minCoeff() > 0) || variance.maxCoeff() > largest * largest) return {};
+  return variance.cwiseSqrt();
+}
+
+/// Reads the covariance of a pose: metres along the axes of the world, then turns about them, rad.
+void take_pose_covariance(RosReader& in, RosLocalPose& out) {
+  constexpr double kLargest_m = 1000, kLargest_rad = 1;
+  Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
+  for (double& value : covariance.reshaped<Eigen::RowMajor>()) value = in.take<double>();
+  if (!in.ok()) return;
+  out.sigma_enu = sigma_of(covariance.diagonal().head<3>(), kLargest_m);
+  const Eigen::Matrix3d turned = out.q_enu_flu.toRotationMatrix();
+  const Eigen::Matrix3d about_body = turned.transpose() * covariance.bottomRightCorner<3, 3>() * turned;
+  if (sigma_of(covariance.diagonal().tail<3>(), kLargest_rad))
+    out.sigma_flu = sigma_of(about_body.diagonal(), kLargest_rad);
+}
 
 UnixTime time_of_receiver(std::uint16_t week, std::uint32_t ms) {
   return to_unix(from_gps_week(week, std::chrono::milliseconds(ms)));
@@ -45,6 +67,20 @@ std::optional<UnixTime> time_of_log(RosReader in) {
   return week != 0 ? time_of_receiver(week, ms) : header.stamp;
 }
 
+void take_numbers(RosReader& in) { in.take_bytes(std::uint64_t{4} * in.take_count(4)); }
+
+/// Reads the GPSStatus in a GPSFix. Returns its status, which is negative without a fix.
+int take_gps_status(RosReader& in) {
+  in.take_header();
+  in.take<std::uint16_t>();  // satellites used
+  take_numbers(in);
+  in.take<std::uint16_t>();  // satellites in view, their numbers, elevations, azimuths and strengths
+  for (int i = 0; i < 4; ++i) take_numbers(in);
+  const int status = in.take<std::int16_t>();
+  for (int i = 0; i < 3; ++i) in.take<std::uint16_t>();  // sources of motion, orientation and position
+  return status;
+}
+
 template <class T>
 std::optional<UnixTime> time_of(const std::optional<T>& message) {
   return message ? std::optional(message->time) : std::nullopt;
@@ -64,9 +100,20 @@ std::uint16_t take_receiver_week(RosReader& in) {
 RosPoseRank pose_rank(std::string_view type) {
   if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;
   if (type == "novatel_oem7_msgs/INSPVAX" || type == "novatel_oem7_msgs/INSPVA") return RosPoseRank::Solution;
-  if (type == "nav_msgs/Odometry") return RosPoseRank::Local;
-  if (type == "sensor_msgs/NavSatFix" || type == "sensor_msgs/Imu") return RosPoseRank::Part;
+  if (type == "nav_msgs/Odometry" || type == "geometry_msgs/PoseStamped" ||
+      type == "geometry_msgs/PoseWithCovarianceStamped" || carries_transforms(type))
+    return RosPoseRank::Local;
+  if (type == "sensor_msgs/NavSatFix" || is_gps_fix(type) || type == "sensor_msgs/Imu") return RosPoseRank::Part;
   return RosPoseRank::None;
+}
+
+bool is_gps_fix(std::string_view type) { return type == "gps_msgs/GPSFix" || type == "gps_common/GPSFix"; }
+
+bool carries_transforms(std::string_view type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
+
+std::string without_slash(std::string frame) {
+  if (frame.starts_with('/')) frame.erase(0, 1);
+  return frame;
 }
 
 std::optional<RosOrientation> take_orientation(RosReader in) {
@@ -80,33 +127,77 @@ std::optional<RosOrientation> take_orientation(RosReader in) {
   return out;
 }
 
-std::optional<RosPosition> take_position(RosReader in) {
+std::optional<RosPosition> take_position(std::string_view type, RosReader in) {
   RosPosition out;
   out.time = in.take_header().stamp;
-  const auto status = in.take<std::int8_t>();
-  in.take<std::uint16_t>();
+  const bool is_fix = is_gps_fix(type);
+  const int status = is_fix ? take_gps_status(in) : in.take<std::int8_t>();
+  if (!is_fix) in.take<std::uint16_t>();
   out.place.latitude = in.take<double>() * (std::numbers::pi / 180);
   out.place.longitude = in.take<double>() * (std::numbers::pi / 180);
   out.place.ellipsoidal_height = in.take<double>();
+  // Course, speed, orientation, time, dilutions of precision and errors that another program may mean otherwise.
+  constexpr int kOtherValues = 22;
+  for (int i = 0; is_fix && i < kOtherValues; ++i) in.take<double>();
   std::array<double, 9> covariance{};
   for (double& value : covariance) value = in.take<double>();
   const bool has_covariance = in.take<std::uint8_t>() != 0;
   if (!in.ok() || status < 0 || !is_on_earth(out.place)) return {};
-  // Drivers that know no covariance also say so with zeros, -1 or numbers that are none, whatever the kind says.
-  const Eigen::Vector3d variance(covariance[0], covariance[4], covariance[8]);
-  if (has_covariance && variance.allFinite() && variance.minCoeff() > 0) out.sigma_enu = variance.cwiseSqrt();
+  if (has_covariance)
+    out.sigma_enu = sigma_of({covariance[0], covariance[4], covariance[8]}, std::numeric_limits<double>::max());
   return out;
 }
 
-std::optional<RosLocalPose> take_local_pose(RosReader in) {
+std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in) {
   RosLocalPose out;
-  out.time = in.take_header().stamp;
-  in.take_string();
+  const RosHeader header = in.take_header();
+  out.time = header.stamp;
+  out.frame = without_slash(header.frame);
+  const bool is_odometry = type == "nav_msgs/Odometry";
+  if (is_odometry) out.body = without_slash(in.take_string());
   for (double& value : out.enu) value = in.take<double>();
   out.q_enu_flu = take_quaternion(in);
-  if (!in.ok() || !is_rotation(out.q_enu_flu) || !(out.enu.norm() < 1e6)) return {};
+  if (!in.ok() || !is_rotation(out.q_enu_flu) || !(out.enu.norm() < kFarthest_m)) return {};
   out.q_enu_flu.normalize();
+  if (type != "geometry_msgs/PoseStamped") take_pose_covariance(in, out);
   return out;
+}
+
+std::optional<std::vector<RosTransform>> take_transforms(RosReader in) {
+  std::vector<RosTransform> out;
+  const std::uint32_t count = in.take_count(8 * 7);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    RosTransform one;
+    const RosHeader header = in.take_header();
+    one.time = header.stamp;
+    one.parent = without_slash(header.frame);
+    one.child = without_slash(in.take_string());
+    for (double& value : one.T_parent_child.translation()) value = in.take<double>();
+    const Eigen::Quaterniond q = take_quaternion(in);
+    if (!in.ok()) return {};
+    if (!one.T_parent_child.translation().allFinite() || !is_rotation(q)) continue;
+    one.T_parent_child.linear() = q.normalized().toRotationMatrix();
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+bool is_far(std::string_view type, RosReader in) {
+  in.take_header();
+  if (type == "nav_msgs/Odometry") in.take_string();
+  Eigen::Vector3d place;
+  for (double& value : place) value = in.take<double>();
+  return in.ok() && place.allFinite() && place.norm() >= kFarthest_m;
+}
+
+bool states_accuracy(std::string_view type, RosReader message) {
+  if (pose_rank(type) == RosPoseRank::Local) {
+    const auto pose = carries_transforms(type) ? std::nullopt : take_local_pose(type, message);
+    return pose && pose->sigma_enu;
+  }
+  const auto position =
+      pose_rank(type) == RosPoseRank::Part && type != "sensor_msgs/Imu" ? take_position(type, message) : std::nullopt;
+  return position && position->sigma_enu;
 }
 
 std::optional<UnixTime> pose_time(std::string_view type, RosReader message) {
@@ -116,9 +207,10 @@ std::optional<UnixTime> pose_time(std::string_view type, RosReader message) {
     case RosPoseRank::Solution:
       return time_of_solution(message);
     case RosPoseRank::Local:
-      return time_of(take_local_pose(message));
+      if (carries_transforms(type)) return {};
+      return time_of(take_local_pose(type, message));
     case RosPoseRank::Part:
-      return type == "sensor_msgs/Imu" ? time_of(take_orientation(message)) : time_of(take_position(message));
+      return type == "sensor_msgs/Imu" ? time_of(take_orientation(message)) : time_of(take_position(type, message));
     case RosPoseRank::None:
       break;
   }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/frames.hpp"
 #include "core/geodesy.hpp"
@@ -13,41 +15,67 @@ namespace hueline::drivers {
 /// How much a message of this type (ros_type()) says about the pose. A recording's pose is taken from the best.
 enum class RosPoseRank : std::uint8_t {
   None,
-  Part,      ///< sensor_msgs/NavSatFix or Imu: together they are a pose
-  Local,     ///< nav_msgs/Odometry: a pose about an origin that somebody has to name
+  Part,      ///< a position (sensor_msgs/NavSatFix, GPSFix) or sensor_msgs/Imu: together they are a pose
+  Local,     ///< Odometry, PoseStamped, PoseWithCovarianceStamped, tf: a pose about an origin that somebody has to name
   Solution,  ///< novatel_oem7_msgs/INSPVA, INSPVAX
   Logs,      ///< novatel_oem7_msgs/Oem7RawMsg: the receiver's own bytes
 };
 RosPoseRank pose_rank(std::string_view type);
+
+/// Returns whether this type (ros_type()) is GPSFix of gps_common or gps_msgs.
+bool is_gps_fix(std::string_view type);
+/// Returns whether messages of this type are those of tf, which hold the transforms of many frames.
+bool carries_transforms(std::string_view type);
 
 /// An orientation of sensor_msgs/Imu: x east, y north, z up from x forward, y left, z up.
 struct RosOrientation {
   UnixTime time{};
   Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
 };
-/// A position of sensor_msgs/NavSatFix.
+/// A position of sensor_msgs/NavSatFix or GPSFix.
 struct RosPosition {
   UnixTime time{};
   Geodetic place{};
   std::optional<Eigen::Vector3d> sigma_enu;  ///< m; nothing: the message states none
 };
-/// A pose of nav_msgs/Odometry.
+/// A pose of nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped.
 struct RosLocalPose {
   UnixTime time{};
+  std::string frame;                              ///< that the pose is given in
+  std::string body;                               ///< that it is the pose of; empty: the message does not say it
   Eigen::Vector3d enu = Eigen::Vector3d::Zero();  ///< m from the origin
   Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
+  std::optional<Eigen::Vector3d> sigma_enu;  ///< m; nothing: the message states none
+  std::optional<Eigen::Vector3d> sigma_flu;  ///< rad, of turns about the axes of the body: roll, pitch, yaw
+};
+/// A transform of tf: the place and the orientation of the frame `child` in `parent`.
+struct RosTransform {
+  UnixTime time{};
+  std::string parent, child;  ///< without the slash with which ROS 1's first tf began
+  Eigen::Isometry3d T_parent_child = Eigen::Isometry3d::Identity();
 };
 
 // These read a message of their type. They return nothing if it is broken or if it says that it does not know.
 std::optional<RosOrientation> take_orientation(RosReader imu);
-std::optional<RosPosition> take_position(RosReader nav_sat_fix);
-std::optional<RosLocalPose> take_local_pose(RosReader odometry);
+std::optional<RosPosition> take_position(std::string_view type, RosReader message);
+/// Positions farther than kFarthest_m from the origin are no local ones, and are not read.
+std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader message);
+/// Transforms that are none (numbers that are not finite, a rotation whose length is not 1) are left out.
+std::optional<std::vector<RosTransform>> take_transforms(RosReader message);
+constexpr double kFarthest_m = 1e6;
+/// Returns whether a message of Odometry or of a stamped pose says a position farther than that.
+bool is_far(std::string_view type, RosReader message);
+/// Returns whether a message of a position or a local pose states its accuracy.
+bool states_accuracy(std::string_view type, RosReader message);
+
+/// Returns `frame` without the slash with which ROS 1's first tf began.
+std::string without_slash(std::string frame);
 
 /// Takes nov_header of novatel_oem7_msgs (name, id, type, sequence, time status) up to the GPS week, and returns that.
 std::uint16_t take_receiver_week(RosReader& in);
 
 /// Returns the time of a message of a type that has a rank: that of a receiver's own clock where the message has it,
-/// header.stamp elsewhere. Nothing if the message cannot be used for a pose.
+/// header.stamp elsewhere. Nothing if the message cannot be used for a pose. Messages of tf have no time of their own.
 std::optional<UnixTime> pose_time(std::string_view type, RosReader message);
 
 }  // namespace hueline::drivers

@@ -134,6 +134,105 @@ TEST(RosPose, PlacesLocalMetresAtTheirOrigin) {
   for (const InsSolution& one : solutions) EXPECT_NEAR(one.velocity_enu.z(), 10, 1e-6);
 }
 
+test::RosWriter pose_message(std::int64_t ns, const std::array<double, 3>& place, const std::array<double, 4>& xyzw) {
+  test::RosWriter out(RosEncoding::Cdr);
+  out.header(ns, "map");
+  for (const double value : place) out.put(value);
+  for (const double value : xyzw) out.put(value);
+  return out;
+}
+
+TEST(RosPose, ReadsStampedPosesWithTheirCovariances) {
+  const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
+  const double c = std::cos(std::numbers::pi / 4);
+  RosPose pose(RosPoseRank::Local, origin);
+  std::vector<RosPose::Logs> logs;
+  for (int i = 0; i < 2; ++i) {
+    // Forward is north: what turns about east is the pitch, about north the roll.
+    auto message = pose_message(kBegin_ns + i * 100'000'000, {0, 0.5 * i, 7}, {0, 0, c, c});
+    const std::array<double, 6> sigma{0.1, 0.2, 0.3, 1 * kDegree, 2 * kDegree, 3 * kDegree};
+    for (std::size_t row = 0; row < 6; ++row)
+      for (std::size_t column = 0; column < 6; ++column) message.put(row == column ? sigma[row] * sigma[row] : 0.0);
+    ASSERT_TRUE(pose.take("geometry_msgs/PoseWithCovarianceStamped", reader(message), UnixTime{}, logs));
+  }
+  const auto measurements = decoded(logs);
+  const auto solutions = all_of<InsSolution>(measurements);
+  ASSERT_EQ(solutions.size(), 2u);
+  EXPECT_EQ(solutions[1].time, from_unix(UnixTime(nanoseconds(kBegin_ns + 100'000'000))));
+  EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 107, 1e-6);
+  EXPECT_NEAR(solutions[1].velocity_enu.y(), 5, 1e-6);
+  EXPECT_NEAR(std::remainder(solutions[1].attitude.heading, 2 * std::numbers::pi), 0, 1e-9);
+  const auto sigmas = all_of<InsUncertainty>(measurements);
+  ASSERT_EQ(sigmas.size(), 2u);
+  const std::array<double, 9> expected{0.1, 0.2, 0.3, 0.1, 0.1, 0.1, 2 * kDegree, 1 * kDegree, 3 * kDegree};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(sigmas[0].sigma[i], expected[i], 1e-7) << i;
+
+  RosPose plain(RosPoseRank::Local, origin);
+  logs.clear();
+  for (int i = 0; i < 2; ++i)
+    ASSERT_TRUE(plain.take("geometry_msgs/PoseStamped",
+                           reader(pose_message(kBegin_ns + i * 100'000'000, {3, 4, 5}, {0, 0, 0, 1})), UnixTime{},
+                           logs));
+  EXPECT_NEAR(all_of<InsSolution>(decoded(logs)).at(1).position.ellipsoidal_height, 105, 1e-5);
+  EXPECT_TRUE(all_of<InsUncertainty>(decoded(logs)).empty());
+  EXPECT_FALSE(plain.take("geometry_msgs/PoseStamped", reader(pose_message(kBegin_ns, {0, 0, 0}, {0, 0, 0, 0})),
+                          UnixTime{}, logs));
+}
+
+TEST(RosPose, FollowsTheTransformsFromTheBodyToTheWorld) {
+  const double c = std::cos(std::numbers::pi / 4);
+  drivers::RosTransformPath path{
+      {{"base_link", "odom", {}}, {"odom", "map", {}}, {"map", "world", Eigen::Isometry3d::Identity()}}};
+  path.steps[2].fixed->translation().z() = 20;
+  RosPose pose(RosPoseRank::Local, Geodetic{10 * kDegree, 20 * kDegree, 100}, nanoseconds(0), path);
+  std::vector<RosPose::Logs> logs;
+  const auto take = [&](const std::string& parent, const std::string& child, std::int64_t ms, double x, double z,
+                        double turn) {
+    test::RosWriter out(RosEncoding::Cdr);
+    // Another frame moves, too.
+    out.put(std::uint32_t{2}).header(kBegin_ns + ms * 1'000'000, "base_link").text("wheel");
+    for (const double value : {0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0}) out.put(value);
+    out.header(kBegin_ns + ms * 1'000'000, parent).text("/" + child);
+    for (const double value : {x, 0.0, z, 0.0, 0.0, turn, turn == 0 ? 1.0 : c}) out.put(value);
+    return pose.take("tf2_msgs/TFMessage", reader(out), UnixTime{}, logs);
+  };
+  ASSERT_TRUE(take("odom", "base_link", 0, 1, 0, 0)) << "before anything says where odom is";
+  ASSERT_TRUE(take("map", "odom", 50, 10, 1, c));
+  ASSERT_TRUE(take("odom", "base_link", 100, 2, 0, 0));
+  ASSERT_TRUE(take("odom", "base_link", 200, 3, 0, 0));
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 2u);
+  EXPECT_EQ(solutions[1].time, from_unix(UnixTime(nanoseconds(kBegin_ns + 200'000'000))));
+  EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 121, 1e-4);
+  EXPECT_NEAR(solutions[1].velocity_enu.y(), 10, 1e-4) << "odom is turned to the left, so its x is north";
+  EXPECT_NEAR(std::remainder(solutions[1].attitude.heading, 2 * std::numbers::pi), 0, 1e-9);
+}
+
+TEST(RosPose, ReadsPositionsOfGpsFix) {
+  const auto fix_of = [](std::int16_t status) {
+    test::RosWriter out(RosEncoding::Cdr);
+    out.header(kBegin_ns, "gps").header(kBegin_ns, "").put(std::uint16_t{2});
+    out.put(std::uint32_t{2}).put(std::int32_t{5}).put(std::int32_t{7}).put(std::uint16_t{3});
+    for (int i = 0; i < 4; ++i) out.put(std::uint32_t{1}).put(std::int32_t{9});
+    out.put(status);
+    for (int i = 0; i < 3; ++i) out.put(std::uint16_t{1});
+    out.put(10.0).put(20.0).put(100.0);
+    for (int i = 0; i < 22; ++i) out.put(-1.0);
+    for (const double variance : {4.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 16.0}) out.put(variance);
+    return out.put(std::uint8_t{2});
+  };
+  for (const char* type : {"gps_common/GPSFix", "gps_msgs/GPSFix"}) {
+    const auto position = drivers::take_position(type, reader(fix_of(19)));
+    ASSERT_TRUE(position);
+    EXPECT_EQ(count_ns(position->time), kBegin_ns);
+    EXPECT_NEAR(position->place.longitude, 20 * kDegree, 1e-12);
+    EXPECT_EQ(position->place.ellipsoidal_height, 100);
+    ASSERT_TRUE(position->sigma_enu);
+    EXPECT_TRUE(position->sigma_enu->isApprox(Eigen::Vector3d(2, 3, 4)));
+    EXPECT_FALSE(drivers::take_position(type, reader(fix_of(-1)))) << "without a fix";
+  }
+}
+
 TEST(RosPose, CountsTheTimeOfASimulatorFromADate) {
   const nanoseconds shift = std::chrono::seconds(1'577'836'800);
   RosPose pose(RosPoseRank::Part, {}, shift);

@@ -211,6 +211,76 @@ TEST_F(ImportBag, TheBodyIsBaseLinkAlsoBehindTheVehiclesName) {
             std::string::npos);
 }
 
+SampleMessage transform_message(const std::string& parent, const std::string& child, std::int64_t ns, double north) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.put(std::uint32_t{1}).header(ns, parent).text(child).put(0.0).put(north).put(0.0);
+  out.put(0.0).put(0.0).put(0.0).put(1.0);
+  return {"/tf", "tf2_msgs/TFMessage", ns, out.bytes()};
+}
+SampleMessage stamped_pose(const std::string& topic, const std::string& frame, std::int64_t ns, double north) {
+  RosWriter out(drivers::RosEncoding::Cdr);
+  out.header(ns, frame).put(0.0).put(north).put(0.0).put(0.0).put(0.0).put(0.0).put(1.0);
+  return {topic, "geometry_msgs/PoseStamped", ns, out.bytes()};
+}
+
+/// As recordings of public data sets hold it: the pose is a transform of the tree, and a pose of the vehicle in its own
+/// frame stands beside it.
+TEST_F(ImportBag, ThePoseMayBeATransform) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    messages.push_back(transform_message("base_link", "laser", ns, 1));
+    messages.push_back(transform_message("base_link", "wheel", ns, 0.01 * i));
+    messages.push_back(transform_message("map", "base_link", ns, 0.1 * i));
+    messages.push_back(stamped_pose("/pose", "base_link", ns, 0));
+    if (i == 10) messages.push_back(stamped_pose("/goal", "map", ns, 500));
+    messages.push_back(cloud_message("/points", ns));
+  }
+  const auto no_origin = import(messages);
+  ASSERT_TRUE(no_origin.ok());
+  EXPECT_EQ(no_origin->became.at("/tf"),
+            "the tree of frames: mountings of the rig; its pose is not used: its metres need an origin, see --origin");
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/tf"), "sensor pos, the pose of base_link in map; mountings of the rig");
+  EXPECT_EQ(done->became.at("/pose"),
+            "not used: its poses are given in the frame base_link, which moves with the vehicle");
+  EXPECT_EQ(done->became.at("/goal"),
+            "not used: the pose is that of /tf, with 20 messages that can be used, of 1 here; "
+            "--poses /goal takes this");
+  EXPECT_NEAR(metres_of_latitudes(pose()), 1.9, 0.01);
+  EXPECT_NE(test::contents(folder_ / "drive/rig.yaml").find("# laser in base_link"), std::string::npos);
+  const auto wrong = import(messages, {.origin = kOrigin, .poses = {"/pose"}});
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_EQ(wrong.error().code, ErrorCode::Invalid);
+}
+
+TEST_F(ImportBag, SaysThatCoordinatesOfAMapAreNoLocalMetres) {
+  const auto told = [&](double north) {
+    const auto done = import({odometry_message("/odom", kImported_ns, north),
+                              odometry_message("/odom", kImported_ns + kTenth_ns, north + 1)},
+                             {.origin = kOrigin});
+    EXPECT_TRUE(done.ok());
+    return std::pair(done->became.at("/odom"), count_told(*done, "coordinates of a map (UTM, MGRS) are not that"));
+  };
+  EXPECT_EQ(told(0), (std::pair<std::string, int>("sensor pos", 0)));
+  EXPECT_EQ(told(90'000).second, 1);
+  EXPECT_EQ(told(5'340'000).first,
+            "not used: its positions are more than 1000 km from their origin, as coordinates of a map (UTM) are; only "
+            "metres about a place are read");
+}
+
+TEST(PoseChoice, OfLocalPosesTakesTheSurestThatIsNotRare) {
+  std::map<std::string, PoseTopic> found{{"/odom", {"nav_msgs/Odometry", "base", 100}},
+                                         {"/pose", {"geometry_msgs/PoseStamped", "", 1000}},
+                                         {"/tf", {"tf2_msgs/TFMessage", "base", 1000}}};
+  EXPECT_EQ(apps::choose_pose(found, true, {})->topics, (std::vector<std::string>{"/odom"}));
+  found.at("/odom").usable = 99;
+  EXPECT_EQ(apps::choose_pose(found, true, {})->topics, (std::vector<std::string>{"/pose"}));
+  found.at("/pose").usable = 2;
+  EXPECT_EQ(apps::choose_pose(found, true, {})->topics, (std::vector<std::string>{"/tf"})) << "a place to go to";
+}
+
 TEST_F(ImportBag, SaysWhereThePosesStateNoAccuracy) {
   const auto told_with = [&](double variance) {
     std::vector<SampleMessage> messages;
