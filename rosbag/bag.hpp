@@ -24,6 +24,8 @@ struct BagTopic {
   drivers::RosEncoding encoding = drivers::RosEncoding::Cdr;
   /// Why its messages cannot be read, in words; empty: they can. Such a topic's messages are returned all the same.
   std::string trouble;
+  /// The type of the messages in the recording, where the reader gives them as messages of ROS: "foxglove.PointCloud".
+  std::string written_type{};
   bool operator==(const BagTopic&) const = default;
 };
 

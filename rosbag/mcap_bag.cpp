@@ -1,7 +1,10 @@
 #include <map>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "rosbag/bag.hpp"
+#include "rosbag/foxglove_message.hpp"
 #include "rosbag/packed_message.hpp"
 #include "storage/journal_header.hpp"
 #include "storage/mcap_reader.hpp"
@@ -20,16 +23,22 @@ class McapBag final : public Bag {
     const auto topic = topic_of(message->channel);
     if (!topic) return Error{ErrorCode::Malformed, "a message of one topic too many was skipped"};
     const UnixTime received(nanoseconds(static_cast<std::int64_t>(message->log_time)));
+    if (const auto foxglove = foxglove_.find(*topic); foxglove != foxglove_.end()) {
+      auto turned = foxglove->second->turned(message->data.bytes());
+      if (turned.ok()) return BagMessage{*topic, received, std::move(*turned)};
+      return skipped(*topic, turned.error().message);
+    }
     if (topics_.all()[*topic].encoding != drivers::RosEncoding::Cdr || !is_packed(message->data.bytes()))
       return BagMessage{*topic, received, std::move(message->data)};
     auto whole = unpacked(message->data.bytes());
-    if (!whole.ok())
-      return Error{ErrorCode::Malformed,
-                   "a message of " + topics_.all()[*topic].name + ": " + whole.error().message + "; it is skipped"};
+    if (!whole.ok()) return skipped(*topic, whole.error().message);
     return BagMessage{*topic, received, std::move(*whole)};
   }
 
  private:
+  Error skipped(std::size_t topic, const std::string& why) const {
+    return {ErrorCode::Malformed, "a message of " + topics_.all()[topic].name + ": " + why + "; it is skipped"};
+  }
   std::optional<std::size_t> topic_of(std::uint16_t number) {
     const storage::McapChannel& channel = reader_.channels().at(number);
     const auto known = by_channel_.find(number);
@@ -42,15 +51,35 @@ class McapBag final : public Bag {
     else if (topic.type == storage::kRawPacketSchema)
       topic.trouble = "it is of a drive of hueline, which `hueline replay` reads";
     else if (channel.message_encoding != "cdr")
-      topic.trouble = "its messages are not of ROS but \"" + channel.message_encoding + "\"";
+      return foxglove_topic(number, channel,
+                            schema == reader_.schemas().end() ? storage::McapSchema() : schema->second);
     const auto index = topics_.add(std::move(topic));
     if (index) by_channel_[number] = *index;
+    return index;
+  }
+  std::optional<std::size_t> foxglove_topic(std::uint16_t number, const storage::McapChannel& channel,
+                                            const storage::McapSchema& schema) {
+    BagTopic topic{channel.topic, schema.name, drivers::RosEncoding::Ros1, {}};
+    auto reader = FoxgloveReader::make(schema, channel.message_encoding);
+    if (reader.ok() && reader_.library().starts_with("hueline") && reader_.profile().empty())
+      reader = Error{ErrorCode::Unsupported, "it is of a view of hueline, which shows a drive"};
+    if (reader.ok()) {
+      topic.type = (*reader)->type();
+      topic.written_type = schema.name;
+    } else {
+      topic.trouble = reader.error().message;
+    }
+    const auto index = topics_.add(std::move(topic));
+    if (!index) return {};
+    by_channel_[number] = *index;
+    if (reader.ok()) foxglove_[*index] = std::move(*reader);
     return index;
   }
 
   storage::McapReader reader_;
   TopicList topics_;
   std::map<std::uint16_t, std::size_t> by_channel_;
+  std::map<std::size_t, std::unique_ptr<FoxgloveReader>> foxglove_;  // by topic
 };
 
 }  // namespace

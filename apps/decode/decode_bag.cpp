@@ -124,10 +124,13 @@ Result<DecodedBag> decode_bag(const DecodeOptions& options) {
 }
 
 std::string topic_table(const std::vector<rosbag::TopicCount>& topics, const std::map<std::string, std::string>& used) {
+  const auto type_of = [](const rosbag::TopicCount& one) {
+    return printable(one.topic.written_type.empty() ? one.topic.type : one.topic.written_type);
+  };
   std::size_t wide = 5, wide_type = 4;
   for (const rosbag::TopicCount& one : topics) {
     wide = std::max(wide, printable(one.topic.name).size());
-    wide_type = std::max(wide_type, printable(one.topic.type).size());
+    wide_type = std::max(wide_type, type_of(one).size());
   }
   std::string out = fmt::format("{:<{}}  {:<{}}  {:>9}  {}\n", "topic", wide, "type", wide_type, "messages", "became");
   for (const rosbag::TopicCount& one : topics) {
@@ -136,8 +139,8 @@ std::string topic_table(const std::vector<rosbag::TopicCount>& topics, const std
     if (!one.topic.trouble.empty()) became = "not used: " + one.topic.trouble;
     if (one.broken > 0) became += fmt::format("; {} messages are broken", one.broken);
     if (one.refused > 0) became += fmt::format("; {} packets are larger than a datagram", one.refused);
-    out += fmt::format("{:<{}}  {:<{}}  {:>9}  {}\n", printable(one.topic.name), wide, printable(one.topic.type),
-                       wide_type, one.messages, printable(became));
+    out += fmt::format("{:<{}}  {:<{}}  {:>9}  {}\n", printable(one.topic.name), wide, type_of(one), wide_type,
+                       one.messages, printable(became));
   }
   return out;
 }

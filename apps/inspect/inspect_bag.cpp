@@ -46,8 +46,10 @@ Inspection inspect_bag(const std::string& path) {
   auto& topics = json["topics"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < (*bag)->topics().size(); ++i) {
     const rosbag::BagTopic& topic = (*bag)->topics()[i];
-    nlohmann::ordered_json one = {
-        {"topic", topic.name}, {"type", topic.type}, {"messages", counts[i].messages}, {"bytes", counts[i].bytes}};
+    nlohmann::ordered_json one = {{"topic", topic.name},
+                                  {"type", topic.written_type.empty() ? topic.type : topic.written_type},
+                                  {"messages", counts[i].messages},
+                                  {"bytes", counts[i].bytes}};
     if (!topic.trouble.empty()) one["not_readable"] = topic.trouble;
     topics.push_back(std::move(one));
   }

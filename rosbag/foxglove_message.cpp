@@ -1,0 +1,498 @@
+#include "rosbag/foxglove_message.hpp"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
+#include <google/protobuf/message.h>
+#include <google/protobuf/stubs/logging.h>
+#include <google/protobuf/timestamp.pb.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/time.hpp"
+
+namespace hueline::rosbag {
+namespace {
+
+namespace pb = google::protobuf;
+
+/// What a message does not have, or has otherwise.
+struct WrongForm {
+  std::string what;
+};
+
+/// A message, or a part of it, whatever its encoding. A field that is not there has the value 0, as in protobuf.
+/// Throws WrongForm where a field has another form.
+class Part {
+ public:
+  virtual ~Part() = default;
+  virtual double number(const std::string& field) const = 0;
+  virtual std::string text(const std::string& field) const = 0;
+  virtual std::string bytes(const std::string& field) const = 0;
+  virtual UnixTime time(const std::string& field) const = 0;
+  virtual std::vector<double> numbers(const std::string& field) const = 0;
+  virtual std::unique_ptr<Part> part(const std::string& field) const = 0;  ///< null: it is not there
+  virtual std::vector<std::unique_ptr<Part>> parts(const std::string& field) const = 0;
+
+  std::uint32_t whole(const std::string& field) const {
+    const double value = number(field);
+    if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max()) throw WrongForm{field};
+    return static_cast<std::uint32_t>(value);
+  }
+};
+
+UnixTime time_of(std::int64_t seconds, std::int64_t nanos) {
+  constexpr std::int64_t kMost = 4'294'967'295, kSecond_ns = 1'000'000'000;  // what a stamp of ROS can hold
+  if (seconds < 0 || seconds > kMost || nanos < 0 || nanos >= kSecond_ns) throw WrongForm{"timestamp"};
+  return UnixTime(nanoseconds(seconds * kSecond_ns + nanos));
+}
+
+class ProtobufPart final : public Part {
+ public:
+  explicit ProtobufPart(const pb::Message& message) : message_(&message), of_(message.GetReflection()) {}
+
+  double number(const std::string& name) const override {
+    const pb::FieldDescriptor* field = find(name, false);
+    return field ? value(*field, -1, name) : 0;
+  }
+  std::string text(const std::string& name) const override { return bytes(name); }
+  std::string bytes(const std::string& name) const override {
+    const pb::FieldDescriptor* field = find(name, false);
+    if (!field) return {};
+    if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_STRING) throw WrongForm{name};
+    return of_->GetString(*message_, field);
+  }
+  UnixTime time(const std::string& name) const override {
+    const pb::Message* found = message(name);
+    if (!found) return {};
+    const ProtobufPart stamp(*found);
+    return time_of(stamp.integer("seconds"), stamp.integer("nanos"));
+  }
+  std::vector<double> numbers(const std::string& name) const override {
+    const pb::FieldDescriptor* field = find(name, true);
+    std::vector<double> out;
+    for (int i = 0; field && i < of_->FieldSize(*message_, field); ++i) out.push_back(value(*field, i, name));
+    return out;
+  }
+  std::unique_ptr<Part> part(const std::string& name) const override {
+    const pb::Message* found = message(name);
+    return found ? std::make_unique<ProtobufPart>(*found) : nullptr;
+  }
+  std::vector<std::unique_ptr<Part>> parts(const std::string& name) const override {
+    const pb::FieldDescriptor* field = find(name, true);
+    if (field && field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) throw WrongForm{name};
+    std::vector<std::unique_ptr<Part>> out;
+    for (int i = 0; field && i < of_->FieldSize(*message_, field); ++i)
+      out.push_back(std::make_unique<ProtobufPart>(of_->GetRepeatedMessage(*message_, field, i)));
+    return out;
+  }
+
+ private:
+  /// Reading a field as what it is not would end the program.
+  const pb::FieldDescriptor* find(const std::string& name, bool is_repeated) const {
+    const pb::FieldDescriptor* field = message_->GetDescriptor()->FindFieldByName(name);
+    if (field && field->is_repeated() != is_repeated) throw WrongForm{name};
+    return field;
+  }
+  const pb::Message* message(const std::string& name) const {
+    const pb::FieldDescriptor* field = find(name, false);
+    if (!field) return nullptr;
+    if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) throw WrongForm{name};
+    return of_->HasField(*message_, field) ? &of_->GetMessage(*message_, field) : nullptr;
+  }
+  std::int64_t integer(const std::string& name) const {
+    const pb::FieldDescriptor* field = find(name, false);
+    if (!field) return 0;
+    if (field->cpp_type() == pb::FieldDescriptor::CPPTYPE_INT64) return of_->GetInt64(*message_, field);
+    if (field->cpp_type() == pb::FieldDescriptor::CPPTYPE_INT32) return of_->GetInt32(*message_, field);
+    throw WrongForm{name};
+  }
+  /// `at`: of a repeated field; -1: it is none.
+  double value(const pb::FieldDescriptor& field, int at, const std::string& name) const {
+    const bool is_one = at < 0;
+    const pb::Message& m = *message_;
+    switch (field.cpp_type()) {
+      case pb::FieldDescriptor::CPPTYPE_INT32:
+        return is_one ? of_->GetInt32(m, &field) : of_->GetRepeatedInt32(m, &field, at);
+      case pb::FieldDescriptor::CPPTYPE_UINT32:
+        return is_one ? of_->GetUInt32(m, &field) : of_->GetRepeatedUInt32(m, &field, at);
+      case pb::FieldDescriptor::CPPTYPE_DOUBLE:
+        return is_one ? of_->GetDouble(m, &field) : of_->GetRepeatedDouble(m, &field, at);
+      case pb::FieldDescriptor::CPPTYPE_FLOAT:
+        return static_cast<double>(is_one ? of_->GetFloat(m, &field) : of_->GetRepeatedFloat(m, &field, at));
+      case pb::FieldDescriptor::CPPTYPE_ENUM:
+        return is_one ? of_->GetEnumValue(m, &field) : of_->GetRepeatedEnumValue(m, &field, at);
+      default:
+        throw WrongForm{name};
+    }
+  }
+
+  const pb::Message* message_;
+  const pb::Reflection* of_;
+};
+
+std::string from_base64(const std::string& text) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::array<int, 256> values{};
+  values.fill(-1);
+  for (std::size_t i = 0; i < kDigits.size(); ++i) values[static_cast<unsigned char>(kDigits[i])] = static_cast<int>(i);
+  std::string out;
+  out.reserve(text.size() / 4 * 3);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i) {
+    const int value = values[static_cast<unsigned char>(text[i])];
+    if (value < 0) throw WrongForm{"data"};
+    bits = bits << 6U | static_cast<std::uint32_t>(value);
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    out += static_cast<char>(bits >> static_cast<unsigned>(count));
+  }
+  return out;
+}
+
+class JsonPart final : public Part {
+ public:
+  explicit JsonPart(const nlohmann::json& json) : json_(&json) {
+    if (!json.is_object()) throw WrongForm{"an object"};
+  }
+
+  double number(const std::string& name) const override {
+    const nlohmann::json* found = find(name);
+    return found ? value(*found, name) : 0;
+  }
+  std::string text(const std::string& name) const override {
+    const nlohmann::json* found = find(name);
+    if (!found) return {};
+    if (!found->is_string()) throw WrongForm{name};
+    return found->get<std::string>();
+  }
+  std::string bytes(const std::string& name) const override { return from_base64(text(name)); }
+  UnixTime time(const std::string& name) const override {
+    const auto stamp = part(name);
+    if (!stamp) return {};
+    return time_of(std::int64_t{stamp->whole("sec")}, std::int64_t{stamp->whole("nsec")});
+  }
+  std::vector<double> numbers(const std::string& name) const override {
+    std::vector<double> out;
+    for (const nlohmann::json& one : array(name)) out.push_back(value(one, name));
+    return out;
+  }
+  std::unique_ptr<Part> part(const std::string& name) const override {
+    const nlohmann::json* found = find(name);
+    return found ? std::make_unique<JsonPart>(*found) : nullptr;
+  }
+  std::vector<std::unique_ptr<Part>> parts(const std::string& name) const override {
+    std::vector<std::unique_ptr<Part>> out;
+    for (const nlohmann::json& one : array(name)) out.push_back(std::make_unique<JsonPart>(one));
+    return out;
+  }
+
+ private:
+  const nlohmann::json* find(const std::string& name) const {
+    const auto found = json_->find(name);
+    return found == json_->end() || found->is_null() ? nullptr : &*found;
+  }
+  const nlohmann::json& array(const std::string& name) const {
+    static const nlohmann::json kNone = nlohmann::json::array();
+    const nlohmann::json* found = find(name);
+    if (found && !found->is_array()) throw WrongForm{name};
+    return found ? *found : kNone;
+  }
+  static double value(const nlohmann::json& json, const std::string& name) {
+    if (!json.is_number()) throw WrongForm{name};
+    return json.get<double>();
+  }
+
+  const nlohmann::json* json_;
+};
+
+/// Writes the fields of a message of ROS 1.
+class Ros1Writer {
+ public:
+  template <class T>
+  Ros1Writer& put(T value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  Ros1Writer& text(std::string_view s) {
+    put(static_cast<std::uint32_t>(s.size()));
+    bytes_ += s;
+    return *this;
+  }
+  Ros1Writer& time(UnixTime time) {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    put(static_cast<std::uint32_t>(count_ns(time) / kSecond_ns));
+    return put(static_cast<std::uint32_t>(count_ns(time) % kSecond_ns));
+  }
+  Ros1Writer& header(UnixTime stamp, std::string_view frame) { return put(std::uint32_t{0}).time(stamp).text(frame); }
+  /// Exactly `count` numbers; those of a list that is empty are 0.
+  Ros1Writer& numbers(const Part& from, const std::string& field, std::size_t count) {
+    auto values = from.numbers(field);
+    if (values.empty()) values.resize(count);
+    if (values.size() != count) throw WrongForm{field};
+    for (const double value : values) put(value);
+    return *this;
+  }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+Eigen::Vector3d vector_of(const Part* from) {
+  return from ? Eigen::Vector3d(from->number("x"), from->number("y"), from->number("z")) : Eigen::Vector3d::Zero();
+}
+/// A rotation that is not there, or of zeros, as protobuf reads it then, is none.
+Eigen::Quaterniond rotation_of(const Part* from) {
+  if (!from) return Eigen::Quaterniond::Identity();
+  const Eigen::Vector3d v = vector_of(from);
+  const double w = from->number("w");
+  return w == 0 && v.isZero(0) ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(w, v.x(), v.y(), v.z());
+}
+void put_place(Ros1Writer& out, const Eigen::Vector3d& t, const Eigen::Quaterniond& q) {
+  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out.put(value);
+}
+
+struct CloudField {
+  std::string name;
+  std::uint32_t offset = 0;
+  std::uint8_t type = 0;  // of sensor_msgs/PointField
+};
+constexpr std::uint8_t kFloat32 = 7, kFloat64 = 8;
+
+/// Turns the points into their frame.
+void place_points(std::string& data, std::size_t stride, const std::vector<CloudField>& fields,
+                  const Eigen::Isometry3d& T_frame_cloud) {
+  std::array<const CloudField*, 3> axes{};
+  for (const CloudField& one : fields)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (one.name == std::string(1, "xyz"[axis])) axes[axis] = &one;
+  for (const CloudField* one : axes)
+    if (!one || one->type < kFloat32 || one->offset + (one->type == kFloat32 ? 4U : 8U) > stride)
+      throw WrongForm{"x, y and z of a cloud with a pose"};
+  for (std::size_t at = 0; at + stride <= data.size(); at += stride) {
+    Eigen::Vector3d point;
+    const auto each = [&](const auto& exchange) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        char* const bytes = &data[at + axes[axis]->offset];
+        double& value = point[static_cast<Eigen::Index>(axis)];
+        axes[axis]->type == kFloat32 ? exchange(bytes, value, float{}) : exchange(bytes, value, double{});
+      }
+    };
+    each([](const char* from, double& to, auto number) {
+      std::memcpy(&number, from, sizeof number);
+      to = static_cast<double>(number);
+    });
+    point = T_frame_cloud * point;
+    each([](char* to, const double& from, auto number) {
+      number = static_cast<decltype(number)>(from);
+      std::memcpy(to, &number, sizeof number);
+    });
+  }
+}
+
+void turn_cloud(const Part& in, Ros1Writer& out) {
+  // By PackedElementField's numbers: unknown, uint8, int8, uint16, int16, uint32, int32, float32, float64.
+  constexpr std::array<std::uint8_t, 9> kTypes{0, 2, 1, 4, 3, 6, 5, kFloat32, kFloat64};
+  std::vector<CloudField> fields;
+  for (const auto& one : in.parts("fields")) {
+    const std::uint32_t type = one->whole("type");
+    if (type >= kTypes.size()) throw WrongForm{"fields"};
+    fields.push_back({one->text("name"), one->whole("offset"), kTypes[type]});
+  }
+  const std::uint32_t stride = in.whole("point_stride");
+  std::string data = in.bytes("data");
+  if (stride == 0 || data.size() % stride != 0 || data.size() > std::numeric_limits<std::uint32_t>::max())
+    throw WrongForm{"point_stride"};
+  if (const auto pose = in.part("pose")) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    const Eigen::Quaterniond q = rotation_of(pose->part("orientation").get());
+    if (!(std::abs(q.norm() - 1) < 0.01)) throw WrongForm{"pose"};
+    T.linear() = q.normalized().toRotationMatrix();
+    T.translation() = vector_of(pose->part("position").get());
+    if (!T.matrix().isIdentity(1e-9)) place_points(data, stride, fields, T);
+  }
+  out.header(in.time("timestamp"), in.text("frame_id")).put(std::uint32_t{1});
+  out.put(static_cast<std::uint32_t>(data.size() / stride)).put(static_cast<std::uint32_t>(fields.size()));
+  for (const CloudField& one : fields) out.text(one.name).put(one.offset).put(one.type).put(std::uint32_t{1});
+  out.put(std::uint8_t{0}).put(stride).put(static_cast<std::uint32_t>(data.size())).text(data).put(std::uint8_t{0});
+}
+
+void turn_compressed_image(const Part& in, Ros1Writer& out) {
+  out.time(in.time("timestamp")).text(in.text("frame_id")).text(in.bytes("data")).text(in.text("format"));
+}
+
+void turn_raw_image(const Part& in, Ros1Writer& out) {
+  out.time(in.time("timestamp")).text(in.text("frame_id")).put(in.whole("width")).put(in.whole("height"));
+  out.text(in.text("encoding")).put(in.whole("step")).text(in.bytes("data"));
+}
+
+void turn_calibration(const Part& in, Ros1Writer& out) {
+  out.header(in.time("timestamp"), in.text("frame_id")).put(in.whole("height")).put(in.whole("width"));
+  const auto distortion = in.numbers("D");
+  out.text(in.text("distortion_model")).put(static_cast<std::uint32_t>(distortion.size()));
+  for (const double value : distortion) out.put(value);
+  out.numbers(in, "K", 9).numbers(in, "R", 9).numbers(in, "P", 12);
+  for (int i = 0; i < 6; ++i) out.put(std::uint32_t{0});  // binning and region of interest: none
+  out.put(std::uint8_t{0});
+}
+
+void turn_transform(const Part& in, Ros1Writer& out) {
+  out.header(in.time("timestamp"), in.text("parent_frame_id")).text(in.text("child_frame_id"));
+  put_place(out, vector_of(in.part("translation").get()), rotation_of(in.part("rotation").get()));
+}
+void turn_one_transform(const Part& in, Ros1Writer& out) { turn_transform(in, out.put(std::uint32_t{1})); }
+void turn_transforms(const Part& in, Ros1Writer& out) {
+  const auto transforms = in.parts("transforms");
+  out.put(static_cast<std::uint32_t>(transforms.size()));
+  for (const auto& one : transforms) turn_transform(*one, out);
+}
+
+void turn_pose(const Part& in, Ros1Writer& out) {
+  const auto pose = in.part("pose");
+  if (!pose) throw WrongForm{"pose"};
+  out.header(in.time("timestamp"), in.text("frame_id"));
+  put_place(out, vector_of(pose->part("position").get()), rotation_of(pose->part("orientation").get()));
+}
+
+void turn_fix(const Part& in, Ros1Writer& out) {
+  out.header(in.time("timestamp"), in.text("frame_id")).put(std::int8_t{0}).put(std::uint16_t{0});
+  for (const char* field : {"latitude", "longitude", "altitude"}) out.put(in.number(field));
+  out.numbers(in, "position_covariance", 9).put(static_cast<std::uint8_t>(in.whole("position_covariance_type")));
+}
+
+using Turn = void (*)(const Part&, Ros1Writer&);
+struct Schema {
+  std::string ros;
+  Turn turn;
+};
+const std::map<std::string, Schema>& known_schemas() {
+  static const std::map<std::string, Schema> kSchemas{
+      {"foxglove.PointCloud", {"sensor_msgs/PointCloud2", turn_cloud}},
+      {"foxglove.CompressedImage", {"foxglove_msgs/CompressedImage", turn_compressed_image}},
+      {"foxglove.CompressedVideo", {"foxglove_msgs/CompressedVideo", turn_compressed_image}},
+      {"foxglove.RawImage", {"foxglove_msgs/RawImage", turn_raw_image}},
+      {"foxglove.CameraCalibration", {"sensor_msgs/CameraInfo", turn_calibration}},
+      {"foxglove.FrameTransform", {"tf2_msgs/TFMessage", turn_one_transform}},
+      {"foxglove.FrameTransforms", {"tf2_msgs/TFMessage", turn_transforms}},
+      {"foxglove.PoseInFrame", {"geometry_msgs/PoseStamped", turn_pose}},
+      {"foxglove.LocationFix", {"sensor_msgs/NavSatFix", turn_fix}}};
+  return kSchemas;
+}
+
+class Reader : public FoxgloveReader {
+ public:
+  explicit Reader(const Schema& schema) : schema_(schema) {}
+  const std::string& type() const override { return schema_.ros; }
+
+ protected:
+  Result<Buffer> written(const std::function<void(Ros1Writer&, Turn)>& read) const {
+    Ros1Writer out;
+    try {
+      read(out, schema_.turn);
+    } catch (const WrongForm& wrong) {
+      return Error{ErrorCode::Malformed, "it does not have the form of its schema (" + wrong.what + ")"};
+    }
+    return Buffer::copy_of(std::as_bytes(std::span(out.bytes())));
+  }
+
+ private:
+  Schema schema_;
+};
+
+class JsonReader final : public Reader {
+ public:
+  using Reader::Reader;
+  Result<Buffer> turned(std::span<const std::byte> message) const override {
+    return written([&](Ros1Writer& out, Turn turn) {
+      const std::string_view text(reinterpret_cast<const char*>(message.data()), message.size());
+      const auto json = nlohmann::json::parse(text, nullptr, false);
+      turn(JsonPart(json), out);
+    });
+  }
+};
+
+/// Keeps what is wrong with a schema for itself.
+class NoErrors final : public pb::DescriptorPool::ErrorCollector {
+ public:
+  void AddError(const std::string&, const std::string&, const pb::Message*, ErrorLocation,
+                const std::string&) override {}
+};
+
+class ProtobufReader final : public Reader {
+ public:
+  using Reader::Reader;
+  /// Returns false if `descriptors` does not describe the message `name`.
+  bool open(const std::string& name, const std::string& descriptors) {
+    const pb::LogSilencer quiet;  // of texts that are no UTF-8
+    pb::FileDescriptorSet files;
+    if (!files.ParsePartialFromString(descriptors)) return false;
+    std::map<std::string, const pb::FileDescriptorProto*> by_name;
+    for (const pb::FileDescriptorProto& file : files.file()) by_name[file.name()] = &file;
+    pb::FileDescriptorProto stamp;  // some writers leave out what every program has
+    pb::Timestamp::descriptor()->file()->CopyTo(&stamp);
+    by_name.try_emplace(stamp.name(), &stamp);
+    constexpr int kDeepest = 100;
+    NoErrors silent;
+    const std::function<void(const std::string&, int)> build = [&](const std::string& file, int depth) {
+      const auto found = by_name.find(file);
+      if (found == by_name.end() || depth == kDeepest || pool_.FindFileByName(file)) return;
+      for (const std::string& needed : found->second->dependency()) build(needed, depth + 1);
+      pool_.BuildFileCollectingErrors(*found->second, &silent);
+    };
+    for (const auto& [file, unused] : by_name) build(file, 0);
+    const pb::Descriptor* message = pool_.FindMessageTypeByName(name);
+    if (message) prototype_ = factory_.GetPrototype(message);
+    return prototype_ != nullptr;
+  }
+  Result<Buffer> turned(std::span<const std::byte> bytes) const override {
+    return written([&](Ros1Writer& out, Turn turn) {
+      const pb::LogSilencer quiet;
+      const std::unique_ptr<pb::Message> message(prototype_->New());
+      if (bytes.size() > std::numeric_limits<int>::max() ||
+          !message->ParsePartialFromArray(bytes.data(), static_cast<int>(bytes.size())))
+        throw WrongForm{"its bytes are no protobuf"};
+      turn(ProtobufPart(*message), out);
+    });
+  }
+
+ private:
+  pb::DescriptorPool pool_;
+  mutable pb::DynamicMessageFactory factory_{&pool_};
+  const pb::Message* prototype_ = nullptr;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<FoxgloveReader>> FoxgloveReader::make(const storage::McapSchema& schema,
+                                                             const std::string& message_encoding) {
+  const bool is_protobuf = message_encoding == "protobuf";
+  if (!is_protobuf && message_encoding != "json")
+    return Error{ErrorCode::Unsupported, "its messages are not of ROS but \"" + message_encoding + "\""};
+  const auto known = known_schemas().find(schema.name);
+  if (known == known_schemas().end())
+    return Error{ErrorCode::Unsupported, "of messages in " + message_encoding +
+                                             " those in Foxglove's schemas of clouds, images, calibrations, " +
+                                             "transforms, poses and fixes are read"};
+  if (!is_protobuf) return std::unique_ptr<FoxgloveReader>(std::make_unique<JsonReader>(known->second));
+  auto reader = std::make_unique<ProtobufReader>(known->second);
+  if (!reader->open(schema.name, schema.data))
+    return Error{ErrorCode::Unsupported, "the recording has no schema of its messages in protobuf"};
+  return std::unique_ptr<FoxgloveReader>(std::move(reader));
+}
+
+}  // namespace hueline::rosbag
