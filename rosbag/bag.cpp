@@ -8,6 +8,7 @@
 
 #include "core/input_file.hpp"
 #include "core/input_folder.hpp"
+#include "rosbag/packed_file.hpp"
 #include "storage/mcap_format.hpp"
 
 namespace hueline::rosbag {
@@ -25,9 +26,7 @@ Kind kind_of(std::string_view first, const std::filesystem::path& path) {
   if (first.starts_with(mcap)) return Kind::Mcap;
   if (first.starts_with(kSqliteMagic)) return Kind::Sqlite;
   if (first.starts_with(kRos1Magic) || first.starts_with(kOldRos1Magic)) return Kind::Ros1;
-  const std::string name = path.filename().string();
-  const bool is_named = name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd");
-  return is_named && first.starts_with(kZstdMagic) ? Kind::Compressed : Kind::None;
+  return is_packed_name(path.filename().string()) && first.starts_with(kZstdMagic) ? Kind::Compressed : Kind::None;
 }
 
 Result<Kind> kind_of(const std::filesystem::path& path) {
@@ -51,7 +50,8 @@ Result<std::unique_ptr<Bag>> open_file(const std::filesystem::path& path) {
     case Kind::Ros1:
       return open_ros1_bag(path);
     case Kind::Compressed:
-      return Error{ErrorCode::Unsupported, path.string() + " is compressed as a whole: unpack it with zstd -d"};
+      return Error{ErrorCode::Unsupported, path.string() + " is compressed as a whole: unpack it with zstd -d " +
+                                               path.string() + " (hueline import does so itself)"};
     case Kind::None:
       break;
   }
@@ -142,7 +142,7 @@ Result<std::unique_ptr<Bag>> open_folder(const std::filesystem::path& path) {
   if (!names.ok()) return names.error();
   for (const std::string& name : *names) {
     // What is unpacked beside the packed file, as zstd -d leaves it, is read instead.
-    const bool is_packed = name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd");
+    const bool is_packed = is_packed_name(name) && !name.substr(0, name.rfind('.')).ends_with(".bag");
     const bool is_unpacked_too = is_packed && holds(path, name.substr(0, name.rfind('.')));
     const bool is_named = is_packed || name.ends_with(".db3") || name.ends_with(".mcap");
     if (is_named && !is_unpacked_too && files.size() < kMostFiles) files.push_back(path / name);

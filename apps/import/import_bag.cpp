@@ -17,6 +17,7 @@
 #include "core/output_file.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "rosbag/ordered_bag.hpp"
+#include "rosbag/packed_file.hpp"
 #include "runtime/recording.hpp"
 #include "storage/journal_writer.hpp"
 
@@ -60,7 +61,7 @@ Buffer description_of(const fs::path& pcap, const std::string& metadata) {
 }
 
 /// Returns GPS time minus header.stamp as Unix time, at the first message of the recording, by the clock of the poses.
-Result<std::chrono::seconds> offset_of(const std::string& path, const PoseChoice& pose) {
+Result<std::chrono::seconds> offset_of(const fs::path& path, const PoseChoice& pose) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return bag.error();
   const auto first = (*bag)->next();
@@ -117,14 +118,16 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   std::error_code error;
   fs::create_directory(probe.folder, error);
   if (error) return output_error("cannot make " + probe.folder.string(), error.value());
-  auto files = rosbag::write_scanner_files(options.bag, probe.folder, kProbePackets);
+  const auto recording = rosbag::unpacked_recording(options.bag, probe.folder / "unpacked");
+  if (!recording.ok()) return recording.error();
+  auto files = rosbag::write_scanner_files(*recording, probe.folder, kProbePackets);
   if (!files.ok()) return files.error();
-  const auto survey = survey_bag(options.bag);
+  const auto survey = survey_bag(*recording);
   if (!survey.ok()) return survey.error();
 
   const auto pose = choose_pose(survey->poses, options.origin.has_value(), options.poses);
   if (!pose.ok()) return pose.error();
-  const auto offset = offset_of(options.bag, *pose);
+  const auto offset = offset_of(*recording, *pose);
   if (!offset.ok()) return offset.error();
 
   ImportedBag out;
@@ -177,7 +180,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (!writer.ok()) return writer.error();
   OrderedJournal journal(std::move(*writer));
   Transcriber transcriber(sensors.sensors(), *pose, options.origin, journal);
-  auto bag = rosbag::open_bag(options.bag);
+  auto bag = rosbag::open_bag(*recording);
   if (!bag.ok()) return bag.error();
   if (survey->disorder > kMostDisorder || pose->is_other_pace) {
     const auto time_of = [&](const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {

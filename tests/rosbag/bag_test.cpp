@@ -1,6 +1,7 @@
 // Recordings of ROS in every format: the same messages come out, and what is cut or broken is told.
 #include "rosbag/bag.hpp"
 #include "rosbag/ordered_bag.hpp"
+#include "rosbag/packed_file.hpp"
 
 #include <bzlib.h>
 #include <gtest/gtest.h>
@@ -143,6 +144,43 @@ TEST(Bag, ReadsAPackedFileOfAFolderWhereItIsUnpacked) {
   const Read read = read_all(folder.path());
   EXPECT_EQ(read.end, ErrorCode::EndOfData);
   expect_sample(read);
+}
+
+TEST(Bag, AFileThatIsPackedAsAWholeIsUnpacked) {
+  const test::TemporaryFolder folder;
+  const auto packed = [](const std::string& plain) {
+    std::string out(ZSTD_compressBound(plain.size()), '\0');
+    out.resize(ZSTD_compress(out.data(), out.size(), plain.data(), plain.size(), 1));
+    return out;
+  };
+  const auto all = sample();
+  test::write_sqlite(folder / "one.db3", all);
+  // Two frames, one behind the other, are one file.
+  const std::string plain = test::contents(folder / "one.db3");
+  const std::string both = packed(plain.substr(0, 5000)) + packed(plain.substr(5000));
+  test::write_file(folder / "one.db3.zstd", both);
+  const auto one = rosbag::unpacked_recording(folder / "one.db3.zstd", folder / "unpacked");
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_EQ(one->filename(), "one.db3");
+  EXPECT_EQ(test::contents(*one), plain);
+  expect_sample(read_all(*one));
+
+  test::write_file(folder / "cut.db3.zstd", both.substr(0, both.size() - 9));
+  const auto cut = rosbag::unpacked_recording(folder / "cut.db3.zstd", folder / "unpacked");
+  ASSERT_FALSE(cut.ok());
+  EXPECT_EQ(cut.error().code, ErrorCode::Truncated);
+  test::write_file(folder / "bad.bag.zst", both.substr(0, 5) + std::string(100, '\7'));
+  EXPECT_EQ(rosbag::unpacked_recording(folder / "bad.bag.zst", folder / "unpacked").error().code, ErrorCode::Malformed);
+
+  // Of a folder the second file is packed. What is not packed stays where it is.
+  std::filesystem::create_directory(folder / "drive");
+  test::write_mcap(folder / "drive/d_0.mcap", {all.begin(), all.begin() + 3}, storage::Compression::None);
+  EXPECT_EQ(*rosbag::unpacked_recording(folder / "drive", folder / "parts"), folder / "drive");
+  test::write_mcap(folder / "d_1.mcap", {all.begin() + 3, all.end()}, storage::Compression::None);
+  test::write_file(folder / "drive/d_1.mcap.zstd", packed(test::contents(folder / "d_1.mcap")));
+  const auto parts = rosbag::unpacked_recording(folder / "drive", folder / "parts");
+  ASSERT_TRUE(parts.ok()) << parts.error().message;
+  expect_sample(read_all(*parts));
 }
 
 TEST(Bag, TheFilesIntoWhichRos1SplitARecordingAreOne) {
