@@ -138,6 +138,7 @@ class Surveyor {
       ++camera.unstamped;
     else
       camera.delay = std::min(camera.delay.value_or(received - stamp), received - stamp);
+    if (camera.used_bits < 16) camera.used_bits = std::max(camera.used_bits, used_bits(topic.type, in));
     if (camera.width > 0) return;
     const auto image = take_image(topic.type, in, {});
     constexpr std::uint32_t kSmallest = 8;  // px, of a lens

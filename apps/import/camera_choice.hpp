@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -21,6 +22,11 @@ struct CameraTopic {
   std::uint64_t unstamped = 0;  ///< those of them whose driver left the stamp 0
   /// The shortest time from a stamp to the recorder's time; negative if stamps are ahead of it.
   std::optional<nanoseconds> delay{};
+  unsigned used_bits = 0;  ///< of samples with 16 bits, of all images; 0: the samples have 8
+  /// How many bits the samples have to be raised: those of a camera with 10, 12 or 14 bits are stored in 16.
+  unsigned raised_bits() const {
+    return used_bits == 0 || used_bits > 14 ? 0 : 16 - std::max(10U, (used_bits + 1) & ~1U);
+  }
   std::string why;        ///< why its images cannot be read
   bool has_lens = false;  ///< the recording says its lens, and the model is read
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -65,6 +66,26 @@ fusion::CameraIntrinsics whole_lens(const CameraFacts& facts, bool is_rectified,
   }
 }
 
+/// Says what rectified images have beside a lens without distortion: their camera is turned by R, and P places that of
+/// a stereo pair's second one beside the first. Programs differ in which of them the frame of the images has.
+std::string doubt_of(const CameraFacts& facts) {
+  constexpr double kDegree = std::numbers::pi / 180, kSmallTurn = 0.02 * kDegree, kSmallWay_m = 1e-3;
+  std::string out;
+  const double trace = facts.R[0] + facts.R[4] + facts.R[8];
+  const double turn = trace == 0 ? 0 : std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
+  if (turn > kSmallTurn)
+    out = fmt::format("they are turned by {:.2f} deg against the camera (R of its CameraInfo)", turn / kDegree);
+  const double x = facts.P[0] > 0 ? 0 - facts.P[3] / facts.P[0] : 0,
+               y = facts.P[5] > 0 ? 0 - facts.P[7] / facts.P[5] : 0;
+  if (std::max(std::abs(x), std::abs(y)) > kSmallWay_m)
+    out += fmt::format("{}P of its CameraInfo places them {:.3f} m to the right of and {:.3f} m below the first camera",
+                       out.empty() ? "" : ", and ", x, y);
+  if (out.empty()) return out;
+  return "its images are rectified: " + out +
+         ". The frame of the images is taken for that of the rectified images; if it is that of the camera (or of the "
+         "first one), enter T_head_lens";
+}
+
 fusion::CameraIntrinsics guess(std::uint32_t width, std::uint32_t height) {
   fusion::CameraIntrinsics out;
   out.focal_px.fill(width);
@@ -109,7 +130,7 @@ CameraFacts take_camera_info(drivers::RosReader in) {
     if (i < kMostDistortion || value != 0) out.distortion.push_back(value);
   }
   for (double& value : out.K) value = in.take<double>();
-  for (int i = 0; i < 9; ++i) in.take<double>();  // R: how the rectified camera is turned
+  for (double& value : out.R) value = in.take<double>();
   for (double& value : out.P) value = in.take<double>();
   for (std::uint32_t* value : {&out.binning_x, &out.binning_y, &out.part_x, &out.part_y})
     *value = in.take<std::uint32_t>();
@@ -117,7 +138,7 @@ CameraFacts take_camera_info(drivers::RosReader in) {
   out.part_width = in.take<std::uint32_t>();
   if (!in.ok())
     out.why = "it does not have the form of its type";
-  else if (!all_finite(out.K) || !all_finite(out.P) || !all_finite(out.distortion))
+  else if (!all_finite(out.K) || !all_finite(out.R) || !all_finite(out.P) || !all_finite(out.distortion))
     out.why = "some of its values are no numbers";
   else if (out.K[0] <= 0 || out.K[4] <= 0)
     out.why = "its focal lengths are 0, as of a camera that was not calibrated";
@@ -176,6 +197,7 @@ ImportedLens lens_of(const CameraFacts* facts, bool is_rectified, std::uint32_t 
     return give_up(e.what());
   }
   out.lens.width = width, out.lens.height = height;
+  if (is_rectified) out.doubt = doubt_of(*facts);
   if (is_rectified) out.remark = facts->P[0] > 0 ? "; the images are rectified, so it is that of P" : "";
   fit(*facts, out);
   if (out.why.empty() && is_rectified && facts->P[0] <= 0)

@@ -20,6 +20,7 @@ struct CameraFacts {
   std::string model;
   std::vector<double> distortion;
   std::array<double, 9> K{};   ///< of the image as the camera gave it, row by row
+  std::array<double, 9> R{};   ///< rows of the rectified camera's axes from those of the camera; 0: not given
   std::array<double, 12> P{};  ///< of the rectified image; 0: not given
   std::uint32_t binning_x = 1, binning_y = 1;
   std::uint32_t part_x = 0, part_y = 0, part_width = 0, part_height = 0;  ///< px of the whole; width 0: all of it
@@ -47,6 +48,7 @@ struct ImportedLens {
   std::string facts;  ///< topic of its CameraInfo; empty: there is none
   fusion::CameraIntrinsics lens;
   std::string remark;  ///< what was done with the numbers of the CameraInfo; empty: nothing
+  std::string doubt;   ///< of rectified images: how their lens differs from that of their frame; empty: it does not
   std::string why;     ///< why `lens` is not known; empty: it is. A lens that is not known is a guess.
 };
 /// Makes the lens of images of `width` x `height` px. Matrices are cut and scaled to this size; rectified images have

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -76,14 +77,47 @@ std::vector<std::byte> three_bytes_each(const Encoding& encoding, const PacketIm
   return out;
 }
 
-std::vector<std::byte> turned_words(Bytes in) {
+std::uint16_t word_at(const std::byte* bytes, bool is_big_endian) {
+  const auto low = std::to_integer<unsigned>(bytes[is_big_endian ? 1 : 0]);
+  const auto high = std::to_integer<unsigned>(bytes[is_big_endian ? 0 : 1]);
+  return static_cast<std::uint16_t>(low | high << 8U);
+}
+
+/// Returns the samples with the lower byte first, `raised` bits higher.
+std::vector<std::byte> raised_words(Bytes in, bool is_big_endian, unsigned raised) {
   std::vector<std::byte> out(in.begin(), in.end());
-  for (std::size_t i = 1; i < out.size(); i += 2) std::swap(out[i - 1], out[i]);
+  for (std::size_t i = 1; i < out.size(); i += 2) {
+    const unsigned word = std::min<unsigned>(unsigned{word_at(&in[i - 1], is_big_endian)} << raised, 0xFFFF);
+    out[i - 1] = static_cast<std::byte>(word & 0xFFU);
+    out[i] = static_cast<std::byte>(word >> 8U);
+  }
   return out;
 }
 
-Result<ImageMessage> plain_image(RosHeader header, const std::string& name, PacketImage image, bool is_big_endian,
-                                 Bytes bytes) {
+/// What a sensor_msgs/Image or a foxglove_msgs/RawImage says behind its header.
+struct PlainHead {
+  std::uint32_t width = 0, height = 0, step = 0;
+  std::string encoding;
+  bool is_big_endian = false;
+  Bytes bytes;
+};
+PlainHead take_plain_head(bool is_foxglove, RosReader& message) {
+  PlainHead out;
+  out.height = message.take<std::uint32_t>();
+  out.width = message.take<std::uint32_t>();
+  if (is_foxglove) std::swap(out.width, out.height);
+  out.encoding = message.take_string();
+  out.is_big_endian = !is_foxglove && message.take<std::uint8_t>() != 0;
+  out.step = message.take<std::uint32_t>();
+  out.bytes = message.take_byte_sequence();
+  return out;
+}
+
+Result<ImageMessage> plain_image(RosHeader header, const PlainHead& head, PacketImage image, unsigned raised) {
+  const std::string& name = head.encoding;
+  const bool is_big_endian = head.is_big_endian;
+  image.width = head.width, image.height = head.height, image.stride = head.step;
+  Bytes bytes = head.bytes;
   const auto* found = std::ranges::find(kEncodings, name, &Encoding::ros);
   if (found == kEncodings.end())
     return Error{ErrorCode::Unsupported, fmt::format("pixels of the encoding \"{}\"; {}", name, kReadEncodings)};
@@ -94,12 +128,16 @@ Result<ImageMessage> plain_image(RosHeader header, const std::string& name, Pack
   const bool is_sound = image.width > 0 && image.height > 0 && image.width <= kMostSide && image.height <= kMostSide &&
                         row <= image.stride && needed <= bytes.size();
   if (!is_sound) return broken();
+  std::vector<std::byte> words;
+  if ((layout.has_words && (is_big_endian || raised > 0)) || (found->sample_bytes == 2 && raised > 0)) {
+    words = raised_words(bytes, is_big_endian, raised);
+    bytes = words;
+  }
   if (found->is_converted()) {
-    const auto pixels = three_bytes_each(*found, image, bytes, is_big_endian);
+    const auto pixels = three_bytes_each(*found, image, bytes, is_big_endian && words.empty());
     image.stride = image.width * 3;
     return packed(std::move(header), found->fourcc, image, pixels);
   }
-  if (is_big_endian && layout.has_words) return packed(std::move(header), found->fourcc, image, turned_words(bytes));
   return packed(std::move(header), found->fourcc, image, bytes);
 }
 
@@ -175,15 +213,27 @@ Result<ImageMessage> take_image(std::string_view type, RosReader message, const 
     if (!message.ok()) return broken();
     return compressed_image(std::move(header), format, image, bytes);
   }
-  image.height = message.take<std::uint32_t>();
-  image.width = message.take<std::uint32_t>();
-  if (is_foxglove(type)) std::swap(image.width, image.height);
-  const std::string encoding = message.take_string();
-  const bool is_big_endian = !is_foxglove(type) && message.take<std::uint8_t>() != 0;
-  image.stride = message.take<std::uint32_t>();
-  const auto bytes = message.take_byte_sequence();
+  const PlainHead head = take_plain_head(is_foxglove(type), message);
   if (!message.ok()) return broken();
-  return plain_image(std::move(header), encoding, image, is_big_endian, bytes);
+  return plain_image(std::move(header), head, image, stamp.raised_bits);
+}
+
+unsigned used_bits(std::string_view type, RosReader message) {
+  if (type != "sensor_msgs/Image" && type != "foxglove_msgs/RawImage") return 0;
+  take_image_header(type, message);
+  const PlainHead head = take_plain_head(is_foxglove(type), message);
+  const auto* found = std::ranges::find(kEncodings, head.encoding, &Encoding::ros);
+  if (!message.ok() || found == kEncodings.end()) return 0;
+  PacketImage image;
+  image.width = head.width, image.height = head.height, image.stride = head.step;
+  const bool is_converted = found->is_converted();
+  const bool has_words = is_converted ? found->sample_bytes == 2 : drivers::layout_of(found->fourcc, image).has_words;
+  const std::uint64_t row = std::uint64_t{head.width} * (is_converted ? found->samples : 1) * 2;
+  if (!has_words || row > head.step || std::uint64_t{head.step} * head.height > head.bytes.size()) return 0;
+  unsigned all = 0;
+  for (std::uint64_t y = 0; y < head.height; ++y)
+    for (std::uint64_t x = 0; x < row; x += 2) all |= word_at(&head.bytes[y * head.step + x], head.is_big_endian);
+  return static_cast<unsigned>(std::bit_width(std::max(all, 1U)));
 }
 
 }  // namespace hueline::apps

@@ -23,6 +23,7 @@ struct ImageStamp {
   std::uint32_t sequence = 0;  ///< its number
   UnixTime unstamped{};        ///< its time if the message has the stamp 0
   nanoseconds shift{0};        ///< is added to the message's stamp
+  unsigned raised_bits = 0;    ///< samples of 16 bits are taken 2 to this times as large
 };
 
 /// The image of a message.
@@ -33,6 +34,9 @@ struct ImageMessage {
   bool is_grey = false;
   Buffer packet;  ///< a packet for V4l2Decoder; its stamp is header.stamp, ns since 1970, as the exposure's start
 };
+
+/// Returns how many of the 16 bits of its samples an image uses: 12 if all are below 4096. 0: it has no such samples.
+unsigned used_bits(std::string_view type, drivers::RosReader message);
 
 /// Reads an image.
 /// - mono8, mono16, 8UC1, 8UC3, rgb8, bgr8, bayer_* of 8 and 16 bits, yuv422 and yuyv in all their names, nv21 and

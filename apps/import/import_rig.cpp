@@ -233,9 +233,14 @@ void ImportRig::add_camera(const std::string& topic, const CameraTopic& camera, 
                   pose_.shift == nanoseconds(0) ? "UTC since 1970" : "a simulator's, counted from 2020-01-01"),
       ImportedSensor::Kind::Camera};
   sensor.stamp_shift = shift_of(name, "images", camera.delay);
+  sensor.raised_bits = camera.raised_bits();
   became_[topic] = fmt::format("sensor {}: {} x {}, {}", name, camera.width, camera.height, camera.format);
+  if (sensor.raised_bits > 0)
+    became_[topic] += fmt::format("; its values use {} of 16 bits, so they are taken {} times as large",
+                                  16 - sensor.raised_bits, 1U << sensor.raised_bits);
   if (camera.unstamped > 0)
     became_[topic] += fmt::format("; {} without a stamp get the recorder's time", camera.unstamped);
+  if (!lens.doubt.empty()) to_do_.push_back(fmt::format("{}: {}", name, lens.doubt));
   if (!lens.why.empty()) tell_not_known(fmt::format("the lens of {}: {}", name, lens.why));
   const bool has_facts = !lens.facts.empty() && survey_->facts.at(lens.facts).why.empty();
   if (has_facts && !became_.try_emplace(lens.facts, "the lens of " + name).second)

@@ -25,6 +25,7 @@ struct ImportedSensor {
   /// Of clouds and images: added to header.stamp, so that it is on the clock of the other topics.
   nanoseconds stamp_shift{0};
   drivers::RosTimeRule times{};  ///< of clouds
+  unsigned raised_bits = 0;      ///< of images: ImageStamp::raised_bits
 };
 
 /// Makes the rig of a recording of ROS, and says what has to be entered by hand.

@@ -128,7 +128,8 @@ Status Transcriber::take_cloud(SensorId id, const rosbag::BagTopic& topic, const
 }
 
 Status Transcriber::take_image(SensorId id, const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
-  const ImageStamp stamp{images_[id]++, recorded(message), sensors_[id - 1u].stamp_shift};
+  const ImageStamp stamp{images_[id]++, recorded(message), sensors_[id - 1u].stamp_shift,
+                         sensors_[id - 1u].raised_bits};
   const auto image = apps::take_image(topic.type, reader(topic, message), stamp);
   if (!image.ok()) return ++unread[topic.name], Status();
   return journal_.add(id, image->header.stamp + kImportedImageLatency, image->packet);

@@ -17,6 +17,7 @@ struct CameraInfo {
   std::vector<double> distortion{};
   double fx = 80, fy = 81, cx = 79.5, cy = 60;
   std::array<double, 12> P{};
+  std::array<double, 9> R{1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::uint32_t binning = 0, part_x = 0, part_y = 0, part_width = 0, part_height = 0;
 };
 
@@ -26,7 +27,7 @@ inline RosWriter camera_info(drivers::RosEncoding encoding, std::int64_t ns, con
   out.put(static_cast<std::uint32_t>(info.distortion.size()));
   for (const double value : info.distortion) out.put(value);
   for (const double value : {info.fx, 0.0, info.cx, 0.0, info.fy, info.cy, 0.0, 0.0, 1.0}) out.put(value);
-  for (const double value : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) out.put(value);
+  for (const double value : info.R) out.put(value);
   for (const double value : info.P) out.put(value);
   out.put(info.binning).put(info.binning).put(info.part_x).put(info.part_y);
   return out.put(info.part_height).put(info.part_width).put(std::uint8_t{0});

@@ -1,6 +1,7 @@
 // The lens that a CameraInfo states for images of a given size, and which CameraInfo belongs to which images.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <map>
 #include <string>
@@ -98,6 +99,29 @@ TEST(CameraLens, TellsADistortionThatIsNotRead) {
   const auto fisheye = lens({.model = "equidistant", .distortion = {0.1, 0.2, 0.3, 0.4}});
   EXPECT_EQ(fisheye.why, "");
   EXPECT_EQ(fisheye.lens.model, LensModel::KannalaBrandt);
+}
+
+TEST(CameraLens, OfRectifiedImagesSaysHowTheirCameraIsPlaced) {
+  const auto doubt = [](const test::CameraInfo& info, bool is_rectified = true) {
+    const CameraFacts facts = facts_of(info);
+    return apps::lens_of(&facts, is_rectified, 160, 120).doubt;
+  };
+  test::CameraInfo info;
+  info.P = {80, 0, 79.5, 0, 0, 80, 60, 0, 0, 0, 1, 0};
+  EXPECT_EQ(doubt(info), "");
+  info.P[3] = -80 * 0.54;  // a second camera, 0.54 m to the right
+  EXPECT_TRUE(
+      doubt(info).starts_with("its images are rectified: P of its CameraInfo places them 0.540 m to the right of "
+                              "and 0.000 m below the first camera. The frame"))
+      << doubt(info);
+  EXPECT_EQ(doubt(info, false), "");
+  const double c = std::cos(0.01), s = std::sin(0.01);
+  info.P[3] = 0;
+  info.R = {c, 0, s, 0, 1, 0, -s, 0, c};
+  EXPECT_TRUE(doubt(info).starts_with("its images are rectified: they are turned by 0.57 deg against the camera (R of"))
+      << doubt(info);
+  info.R = {};
+  EXPECT_EQ(doubt(info), "") << "it is not given";
 }
 
 TEST(CameraLens, OfValuesThatNoLensHasIsNotKnown) {

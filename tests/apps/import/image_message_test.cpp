@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "apps/import/camera_choice.hpp"
 #include "apps/import/image_message.hpp"
 #include "drivers/v4l2/v4l2_decoder.hpp"
 #include "storage/png.hpp"
@@ -99,6 +100,31 @@ TEST(ImageMessage, TwoBytesEachAreTakenInTheirOrder) {
   const Image bayer = image_of({2, 2, "bayer_grbg16", 4, "x\1x\2x\3x\4"});
   EXPECT_EQ(bayer.format, PixelFormat::BayerGR8);
   EXPECT_EQ(row_of(bayer, 0), (std::vector<int>{1, 2}));
+}
+
+TEST(ImageMessage, SamplesOfFewerBitsAreRaised) {
+  const auto bits = [](const Raw& raw) { return apps::used_bits("sensor_msgs/Image", reader(raw_image(raw))); };
+  EXPECT_EQ(bits({2, 1, "mono16", 4, std::string("\0\1\xFF\x0F", 4)}), 12u);
+  EXPECT_EQ(bits({2, 1, "mono16", 4, std::string("\1\0\x0F\xFF", 4), true}), 12u);
+  EXPECT_EQ(bits({1, 2, "bayer_rggb16", 4, std::string("\0\1xx\0\2xx", 8)}), 10u) << "what fills a row is no sample";
+  EXPECT_EQ(bits({1, 1, "rgb16", 6, std::string("\0\1\0\1\0\x80", 6)}), 16u);
+  EXPECT_EQ(bits({2, 1, "mono8", 2, "\1\1"}), 0u);
+  const auto raised = [](const Raw& raw) {
+    const auto image = apps::take_image("sensor_msgs/Image", reader(raw_image(raw)), {.raised_bits = 4});
+    return row_of(seen(*image), 0);
+  };
+  const std::vector<int> wanted{0x12, 0xFF};
+  EXPECT_EQ(raised({2, 1, "mono16", 4, std::string("\x2F\x01\xFF\x0F", 4)}), wanted);
+  EXPECT_EQ(raised({2, 1, "mono16", 4, std::string("\x01\x2F\x0F\xFF", 4), true}), wanted);
+  EXPECT_EQ(raised({1, 1, "rgb16", 6, std::string("\x01\x2F\x02\x00\x0F\xFF", 6), true}),
+            (std::vector<int>{0x12, 0x20, 0xFF}));
+  constexpr std::array<std::pair<unsigned, unsigned>, 7> kRaised{
+      {{0, 0}, {5, 6}, {10, 6}, {11, 4}, {14, 2}, {15, 0}, {16, 0}}};
+  for (const auto& [used, by] : kRaised) {
+    apps::CameraTopic camera;
+    camera.used_bits = used;
+    EXPECT_EQ(camera.raised_bits(), by) << used;
+  }
 }
 
 TEST(ImageMessage, TheNamesOfRos2AreRead) {
