@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "core/angle.hpp"
@@ -15,6 +17,7 @@
 namespace hueline::apps {
 namespace {
 
+constexpr std::string_view kOrbitHead = "Filename\tX/Long\tY/Lat\tZ\tPan\tTilt\tRoll\tTimestamp\r\n";
 constexpr double kStep = 1e-6;  // rad of latitude, 6 m: from there to here the map's north is found
 
 Eigen::Vector3d vector_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
@@ -61,6 +64,11 @@ Status PanoramaTables::add(const survey::DrivePanorama& one, const std::string& 
       "{:.5f},,,\n",
       unix_s, name, place.x(), place.y(), place.z(), forward.x(), forward.y(), forward.z(), up.x(), up.y(), up.z(),
       one.roll / kRadPerDeg, one.pitch / kRadPerDeg, yaw);
+  // Orbit does not publish the signs of tilt and roll; those of a level panorama are 0.
+  if (one.is_level)
+    orbit_ +=
+        fmt::format("{}\t{:.4f}\t{:.4f}\t{:.4f}\t{:.5f}\t0\t0\t{:.6f}\r\n", std::filesystem::path(name).stem().string(),
+                    place.x(), place.y(), place.z(), yaw, static_cast<double>(count_ns(one.time) / 1000) * 1e-6);
   const UtcTime utc = to_utc(one.time);
   mapillary_ += fmt::format(
       "{}\n{{\"filename\":\"{}\",\"filetype\":\"image\",\"MAPLatitude\":{:.10f},\"MAPLongitude\":{:.10f},"
@@ -73,12 +81,21 @@ Status PanoramaTables::add(const survey::DrivePanorama& one, const std::string& 
 }
 
 Status PanoramaTables::write(const std::filesystem::path& folder) const {
-  if (Status done = write_output(folder / "panoramas.csv", own_.empty() ? survey::panorama_table_head() : own_); !done)
-    return done;
-  if (mapillary_.empty()) return {};
-  if (Status done = write_output(folder / "pano-poses.csv", navvis_); !done) return done;
-  if (Status done = write_output(folder / "pointerra.csv", pointerra_); !done) return done;
-  return write_output(folder / "mapillary_image_description.json", "[" + mapillary_ + "\n]\n");
+  const bool is_read = !mapillary_.empty();
+  using Table = std::pair<const char*, std::string>;
+  for (const auto& [name, text] :
+       {Table("panoramas.csv", own_.empty() ? survey::panorama_table_head() : own_),
+        Table("pano-poses.csv", is_read ? navvis_ : ""), Table("pointerra.csv", is_read ? pointerra_ : ""),
+        Table("orbit.txt", orbit_.empty() ? "" : std::string(kOrbitHead) + orbit_),
+        Table("mapillary_image_description.json", is_read ? "[" + mapillary_ + "\n]\n" : "")}) {
+    Status done;
+    if (!text.empty())
+      done = write_output(folder / name, text);
+    else if (std::error_code error; std::filesystem::remove(folder / name, error), error)  // of earlier panoramas
+      done = output_error("remove " + (folder / name).string(), error.value());
+    if (!done) return done;
+  }
+  return {};
 }
 
 }  // namespace hueline::apps

@@ -12,7 +12,7 @@
 namespace hueline::apps {
 
 /// Gathers the tables of a drive's panoramas, which lie beside the pictures: panoramas.csv, and those that other
-/// programs import (docs/formats.md). Memory: 600 bytes a panorama. Thread safety: none.
+/// programs import (docs/formats.md). Memory: 700 bytes a panorama. Thread safety: none.
 class PanoramaTables {
  public:
   /// The coordinates are on the map of the rig's cloud.
@@ -29,7 +29,7 @@ class PanoramaTables {
 
   storage::MapConfig map_;
   std::optional<storage::MapOperation> operation_;
-  std::string own_, navvis_, pointerra_, mapillary_;
+  std::string own_, navvis_, pointerra_, orbit_, mapillary_;
 };
 
 }  // namespace hueline::apps

@@ -2,7 +2,7 @@
 """Reads a table for other programs as these describe it, checks it against the tables beside it, and says at which pixels of the panorama measured
 objects must be.
 
-usage: import_tables_test.py FOLDER pano-poses|pointerra MEASURED PICKS
+usage: import_tables_test.py FOLDER pano-poses|pointerra|orbit MEASURED PICKS
 """
 import csv, datetime, json, math, re, subprocess, sys
 
@@ -36,6 +36,17 @@ if table == "pano-poses":
     w, x, y, z = (float(w) for w in words[6:])
     forward = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
     up = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+elif table == "orbit":
+    # Tabs, lines that end as on Windows, names without their ends, degrees clockwise from the north of the map.
+    text = open(folder + "/orbit.txt", newline="").read()
+    head, line = text.split("\r\n")[:2]
+    if head.split("\t") != ["Filename", "X/Long", "Y/Lat", "Z", "Pan", "Tilt", "Roll", "Timestamp"] or text.count("\n") != text.count("\r\n"):
+        sys.exit("FAILED: " + head)
+    words = line.split("\t")
+    name, place, pan = words[0] + ".jpg", [float(w) for w in words[1:4]], math.radians(float(words[4]))
+    forward, up, seconds = [math.sin(pan), math.cos(pan), 0], [0, 0, 1], taken.timestamp()
+    near("tilt and roll", abs(float(words[5])) + abs(float(words[6])), 0, 0)
+    near("the GPS time", float(words[7]), float(own["gps_s"]), 1e-6)
 else:
     row = list(csv.DictReader(open(folder + "/pointerra.csv")))[0]
     if len(row) != 17:
