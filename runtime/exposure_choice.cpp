@@ -26,6 +26,16 @@ bool ExposureChoice::has_number(std::uint32_t number) const {
          });
 }
 
+std::optional<std::uint32_t> ExposureChoice::missing_number(const std::set<std::uint32_t>& exposures) const {
+  for (const auto& [first, last] : numbers) {
+    std::uint32_t number = first;
+    for (auto at = exposures.lower_bound(first); at != exposures.end() && *at == number && number < last; ++at)
+      ++number;
+    if (!exposures.contains(number)) return number;
+  }
+  return {};
+}
+
 Status ExposureChoice::limit(double from_s, double to_s) {
   constexpr double kYear1990 = 3.15e8;
   for (const auto& [name, seconds, out] : {std::tuple("--from", from_s, &from), std::tuple("--to", to_s, &to)}) {

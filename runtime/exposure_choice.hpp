@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,8 @@ struct ExposureChoice {
 
   /// Returns whether `number` lies in one of the ranges, or there is none.
   bool has_number(std::uint32_t number) const;
+  /// Returns the first number of the ranges that is not one of the drive's exposures.
+  std::optional<std::uint32_t> missing_number(const std::set<std::uint32_t>& exposures) const;
   /// Returns whether `time` lies between `from` and `to`.
   bool has_time(GpsTime time) const { return (!from || *from <= time) && (!to || time <= *to); }
   /// Reads "all", "every:N", or numbers and ranges such as "3,7,20-30". Errors: Invalid, with what is allowed.

@@ -270,13 +270,7 @@ void DrivePanoramas::make(std::size_t index) {
 }
 
 std::optional<std::uint32_t> DrivePanoramas::missing_number() const {
-  for (const auto& [first, last] : config_.choice.numbers) {
-    std::uint32_t number = first;
-    for (auto at = exposures_.lower_bound(first); at != exposures_.end() && *at == number && number < last; ++at)
-      ++number;
-    if (!exposures_.contains(number)) return number;
-  }
-  return {};
+  return config_.choice.missing_number(exposures_);
 }
 
 void DrivePanoramas::finish() {

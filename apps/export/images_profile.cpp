@@ -2,8 +2,12 @@
 
 #include <cmath>
 #include <deque>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "apps/exit_code.hpp"
@@ -20,6 +24,14 @@
 namespace hueline::apps {
 namespace {
 
+std::uint64_t files_below(const std::filesystem::path& folder) {
+  std::uint64_t count = 0;
+  std::error_code error;  // a folder that cannot be read has none
+  for (std::filesystem::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    count += at->is_regular_file(error) ? 1 : 0;
+  return count;
+}
+
 /// Passes on the exposures that are chosen.
 class Chosen : public runtime::ProductSink {
  public:
@@ -28,6 +40,7 @@ class Chosen : public runtime::ProductSink {
 
   void on_origin(const Geodetic& origin) override { images_.set_origin(origin); }
   void on_exposure(const Exposure& exposure) override {
+    exposures_.insert(exposure.index);
     if (is_chosen(exposure)) images_.add(exposure);
   }
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override {
@@ -35,6 +48,8 @@ class Chosen : public runtime::ProductSink {
   }
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override { images_.add(block); }
   const Status& status() const { return status_; }
+  /// The numbers of the drive's exposures.
+  const std::set<std::uint32_t>& exposures() const { return exposures_; }
 
  private:
   bool is_chosen(const Exposure& exposure) {
@@ -55,6 +70,7 @@ class Chosen : public runtime::ProductSink {
   nanoseconds together_;
   std::deque<std::pair<GpsTime, bool>> recent_;
   std::int64_t moments_ = 0;
+  std::set<std::uint32_t> exposures_;
   Status status_;
 };
 
@@ -119,7 +135,13 @@ class ImagesProfile : public ExportProfile {
       log_error(finished.error().message);
       return finished.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
     }
-    return tell(words, images, read);
+    const std::optional<std::uint32_t> missing = read.ok() ? choice->missing_number(sink.exposures()) : std::nullopt;
+    const int status = tell(words, images, read);
+    if (images.counts().exposures == 0)
+      log_error("the drive has {} exposures; none is chosen", sink.exposures().size());
+    if (!missing) return status;
+    log_error("the drive has no exposure {}", *missing);
+    return kNothingCame;
   }
 
  private:
@@ -136,6 +158,9 @@ class ImagesProfile : public ExportProfile {
     warn(counts.without_pose, "exposures have no pose, because solutions of the POS are missing there");
     warn(counts.early, "exposures are left out, because their pose came too late for the memory");
     for (const std::string& one : images.missing_tables()) log_warning("{}", one);
+    if (const std::uint64_t all = files_below(std::filesystem::path(words.out) / "images"); all > counts.pictures)
+      log_warning("{}/images has {} more pictures, of an earlier export; the tables do not list them", words.out,
+                  all - counts.pictures);
     if (!read.ok()) {
       log_error("{}: everything that is whole was used", read.error().message);
       return kInputUnreadable;
