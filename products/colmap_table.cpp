@@ -14,31 +14,74 @@ namespace {
 
 class ColmapTable : public ImageTable {
  public:
-  ColmapTable(TextFile images, TextFile points) : images_(std::move(images)), points_(std::move(points)) {}
-
-  void add(const TakenPicture& picture) override {
-    const Transform<Lens, Enu> T = picture.T_enu_lens.inverse();
-    const Eigen::Quaterniond& q = T.rotation;
-    const Eigen::Vector3d& t = T.translation;
-    // The second line lists observed points; there are none.
-    images_.add(fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.6f} {:.6f} {:.6f} {} {}\n\n", ++count_, q.w(), q.x(),
-                            q.y(), q.z(), t.x(), t.y(), t.z(), picture.lens + 1,
-                            picture.file.substr(std::string_view("images/").size())));
+  ColmapTable(TextFile images, TextFile points, const std::vector<PictureLens>& lenses)
+      : images_(std::move(images)), points_(std::move(points)) {
+    for (const PictureLens& lens : lenses) focal_px_.push_back(lens.intrinsics.focal_px.mean());
   }
 
-  Status close(std::span<const ColouredPoint> points) override {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const ColouredPoint& p = points[i];
-      points_.add(
-          fmt::format("{} {:.4f} {:.4f} {:.4f} {} {} {} 0\n", i + 1, p.east, p.north, p.up, p.red, p.green, p.blue));
-    }
+  void add(const TakenPicture& picture) override { pictures_.push_back(picture); }
+
+  Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) override {
+    for (std::size_t i = 0; i < pictures_.size(); ++i) add_image(i, seen[i]);
+    add_points(points, seen);
     const Status images = images_.close(), ended = points_.close();
     return images ? ended : images;
   }
 
  private:
+  /// Where a point was observed.
+  struct Place {
+    std::uint32_t picture, index;
+  };
+
+  void add_image(std::size_t number, const std::vector<Observation>& seen) {
+    const TakenPicture& picture = pictures_[number];
+    const Transform<Lens, Enu> T = picture.T_enu_lens.inverse();
+    const Eigen::Quaterniond& q = T.rotation;
+    const Eigen::Vector3d& t = T.translation;
+    images_.add(fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.6f} {:.6f} {:.6f} {} {}\n", number + 1, q.w(), q.x(),
+                            q.y(), q.z(), t.x(), t.y(), t.z(), picture.lens + 1,
+                            picture.file.substr(std::string_view("images/").size())));
+    const char* between = "";
+    for (const Observation& one : seen) {
+      images_.add(
+          fmt::format("{}{:.3f} {:.3f} {}", std::exchange(between, " "), one.u + 0.5f, one.v + 0.5f, one.point + 1));
+    }
+    images_.add("\n");
+  }
+
+  void add_points(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) {
+    // The observations in the order of the points: those of a point end where those of the next one begin.
+    std::vector<std::size_t> ends(points.size() + 1, 0);
+    for (const auto& picture : seen)
+      for (const Observation& one : picture) ++ends[one.point + 1];
+    for (std::size_t i = 0; i < points.size(); ++i) ends[i + 1] += ends[i];
+    std::vector<Place> places(ends.back());
+    for (std::size_t picture = 0; picture < seen.size(); ++picture)
+      for (std::size_t index = 0; index < seen[picture].size(); ++index)
+        places[ends[seen[picture][index].point]++] = {static_cast<std::uint32_t>(picture),
+                                                      static_cast<std::uint32_t>(index)};
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const ColouredPoint& p = points[i];
+      const auto track = std::span(places).subspan(begin, ends[i] - begin);
+      begin = ends[i];
+      double shift_px = 0;
+      for (const Place& at : track) {
+        const TakenPicture& picture = pictures_[at.picture];
+        const double distance = (Eigen::Vector3d(p.east, p.north, p.up) - picture.T_enu_lens.translation).norm();
+        shift_px += focal_px_[picture.lens] * p.sigma_m / distance;
+      }
+      points_.add(fmt::format("{} {:.5f} {:.5f} {:.5f} {} {} {} {:.4g}", i + 1, p.east, p.north, p.up, p.red, p.green,
+                              p.blue, track.empty() ? -1.0 : shift_px / static_cast<double>(track.size())));
+      for (const Place& at : track) points_.add(fmt::format(" {} {}", at.picture + 1, at.index));
+      points_.add("\n");
+    }
+  }
+
   TextFile images_, points_;
-  std::uint64_t count_ = 0;
+  std::vector<double> focal_px_;  // of each lens
+  std::vector<TakenPicture> pictures_;
 };
 
 }  // namespace
@@ -62,12 +105,14 @@ Result<std::unique_ptr<ImageTable>> make_colmap_table(const PictureSet& set) {
   if (!images) return images.error();
   if (!points) return points.error();
   images->add(
-      fmt::format("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of observed points (none)\n"
+      fmt::format("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of observed points: X Y POINT3D_ID ...\n"
                   "# World: east, north, up, m, at latitude {:.9f} deg, longitude {:.9f} deg, ellipsoidal height "
                   "{:.4f} m. The pixels are not gravity-aligned.\n",
                   set.origin.latitude / kRadPerDeg, set.origin.longitude / kRadPerDeg, set.origin.ellipsoidal_height));
-  points->add("# POINT3D_ID X Y Z R G B ERROR TRACK[] (without tracks)\n");
-  return std::unique_ptr<ImageTable>(std::make_unique<ColmapTable>(std::move(*images), std::move(*points)));
+  points->add(
+      "# POINT3D_ID X Y Z R G B ERROR TRACK[] as (IMAGE_ID POINT2D_IDX); ERROR: px that the sigma of the place "
+      "makes\n");
+  return std::unique_ptr<ImageTable>(std::make_unique<ColmapTable>(std::move(*images), std::move(*points), set.lenses));
 }
 
 }  // namespace hueline::products

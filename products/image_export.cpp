@@ -49,7 +49,13 @@ bool overlaps(const PixelRegion& lost, const fusion::LensMount& lens) {
 
 ImageExport::ImageExport(const std::filesystem::path& folder, const fusion::CameraHeadGeometry& head,
                          const storage::MapConfig& map, const Config& config)
-    : folder_(folder), head_(head), map_(map), config_(config), pool_(config.threads), sample_(config.most_points) {
+    : folder_(folder),
+      head_(head),
+      map_(map),
+      config_(config),
+      pool_(config.threads),
+      sample_(config.most_points),
+      seen_points_({}) {
   const std::vector<std::string> names = plain_names(head.lenses);
   for (std::size_t i = 0; i < head.lenses.size(); ++i) {
     pictures_.emplace_back(head.lenses[i], config.pixels);
@@ -215,6 +221,7 @@ Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fu
     if (Status written = file->write(*files[n]); !written) return written;
     if (Status closed = file->close(); !closed) return closed;
     for (const auto& table : tables_) table->add(taken[n]);
+    taken_.push_back(taken[n]);
     ++counts_.pictures;
     counts_.copied += is_copied[n];
   }
@@ -223,8 +230,9 @@ Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fu
 
 Status ImageExport::finish() {
   const std::vector<ColouredPoint> points = sample_.points();
+  const std::vector<std::vector<Observation>> seen = seen_points_.find(points, taken_, pictures_, pool_);
   for (const auto& table : tables_) {
-    const Status closed = table->close(points);
+    const Status closed = table->close(points, seen);
     if (status_) status_ = closed;
   }
   return status_;

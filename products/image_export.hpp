@@ -16,6 +16,7 @@
 #include "products/image_tables.hpp"
 #include "products/lens_picture.hpp"
 #include "products/point_sample.hpp"
+#include "products/seen_points.hpp"
 
 namespace hueline::products {
 
@@ -56,8 +57,11 @@ class ImageExport {
   void set_origin(const Geodetic& origin) { origin_ = origin; }
   /// Takes an exposure with its image. Its index is its number in the names of files.
   void add(const Exposure& exposure);
-  /// Takes points of the cloud for the sample.
-  void add(const CloudBlock& block) { sample_.add(block); }
+  /// Takes points of the cloud: for the sample, and because they hide others.
+  void add(const CloudBlock& block) {
+    sample_.add(block);
+    if (config_.most_points > 0) seen_points_.add(block);
+  }
   /// Writes the pictures of an exposure that was added. Errors: those of the tables; Io. After an error nothing more is
   /// written.
   Status settle(const Exposure& exposure, const fusion::Trajectory& trajectory);
@@ -98,6 +102,8 @@ class ImageExport {
   std::deque<HeldPacket> packets_;
   std::size_t packet_bytes_ = 0;
   PointSample sample_;
+  SeenPoints seen_points_;
+  std::vector<TakenPicture> taken_;  // as given to the tables
   Counts counts_;
   Status status_;
 };

@@ -36,6 +36,12 @@ struct TakenPicture {
   Eigen::Vector3d sigma_attitude = Eigen::Vector3d::Zero();  ///< of the vehicle: roll, pitch, heading, rad
 };
 
+/// A point that a picture shows.
+struct Observation {
+  std::uint32_t point = 0;  ///< number among the points of the set
+  float u = 0, v = 0;       ///< its pixel, by the model and pose of the picture; pixel centres have whole numbers
+};
+
 /// What all pictures of a set have in common.
 struct PictureSet {
   std::filesystem::path folder;     ///< exists
@@ -50,13 +56,16 @@ class ImageTable {
  public:
   virtual ~ImageTable() = default;
   virtual void add(const TakenPicture& picture) = 0;
-  /// Ends the table; `points` are a sample of the cloud, in the local level of the drive. Errors: Io.
-  virtual Status close(std::span<const ColouredPoint> points) = 0;
+  /// Ends the table; `points` are a sample of the cloud, in the local level of the drive. `seen` are those that each
+  /// picture shows, in the order in which the pictures were added and of the points. Errors: Io.
+  virtual Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) = 0;
 };
 
 /// COLMAP's text model (colmap.github.io/format.html): cameras.txt, images.txt and points3D.txt in `folder`/sparse/0,
 /// names of pictures relative to `folder`/images. The world is the local level of the drive: x east, y north, z up, m.
-/// Points have no tracks. Errors: Io.
+/// The observations are where the poses show the points, so nothing is left to reproject: the column ERROR is how far
+/// the sigma of the point's place would shift its pixel, px, as a mean of its pictures; -1 (COLMAP's "not known") for a
+/// point that none shows. Errors: Io.
 Result<std::unique_ptr<ImageTable>> make_colmap_table(const PictureSet& set);
 /// transforms.json as nerfstudio reads it (docs.nerf.studio), and points.ply. The world is that of COLMAP's model; a
 /// camera looks along its -z axis, y up. The format has one lens model for all pictures. Errors: Unsupported if the

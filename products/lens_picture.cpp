@@ -14,6 +14,7 @@ namespace {
 
 using fusion::kSampleReach;
 
+constexpr double kLeastCosine = 0.05;  // of the angle from the axis at which a picture shows points
 /// Beyond this angle from the axis a pinhole's pixels show little and take much room, rad.
 constexpr double kWidest = 70 * (std::numbers::pi / 180);
 
@@ -80,14 +81,27 @@ void put(const fusion::Rgb& colour, std::uint8_t* to) {
 }  // namespace
 
 LensPicture::LensPicture(const fusion::LensMount& mount, LensPixels pixels)
-    : mount_(mount), intrinsics_(mount.intrinsics) {
+    : mount_(mount),
+      intrinsics_(pixels == LensPixels::Pinhole ? pinhole_of(mount.intrinsics) : mount.intrinsics),
+      recorded_(mount.intrinsics),
+      shown_(intrinsics_),
+      mask_(mount.masks, mount.intrinsics.width, mount.intrinsics.height, fusion::kMixedReach) {
   if (pixels == LensPixels::Recorded) return;
-  intrinsics_ = pinhole_of(mount.intrinsics);
   fusion::LensMount own = mount;
   own.T_head_lens = {};
   own.masks.clear();
   own.row_time = nanoseconds(0);
   source_.emplace(own);
+}
+
+std::optional<Eigen::Vector2d> LensPicture::pixel(const Point<Lens>& p_lens) const {
+  if (p_lens.xyz.z() < kLeastCosine * p_lens.xyz.norm()) return std::nullopt;
+  const auto source = recorded_.project(p_lens);
+  if (!source || !recorded_.in_image(*source, kSampleReach) ||
+      mask_.covers(static_cast<std::uint32_t>(source->x() + 0.5), static_cast<std::uint32_t>(source->y() + 0.5)))
+    return std::nullopt;
+  const auto shown = shown_.project(p_lens);
+  return shown && shown_.in_image(*shown) ? shown : std::nullopt;
 }
 
 std::vector<std::uint8_t> LensPicture::render(const fusion::RawView& image) const {

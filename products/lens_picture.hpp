@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "fusion/camera_model.hpp"
 #include "fusion/head_projector.hpp"
+#include "fusion/pixel_mask.hpp"
 #include "fusion/pixel_sampler.hpp"
 
 /// Pictures of single lenses, for programs that reconstruct from images.
@@ -27,12 +29,18 @@ class LensPicture {
   /// lengths are those of the lens, so the resolution in the middle stays, and the picture is the largest rectangle
   /// around the principal point that the lens fills, up to 70 degrees from the axis.
   const fusion::CameraIntrinsics& intrinsics() const { return intrinsics_; }
+  /// Returns the pixel that shows a point; pixel centres have whole numbers. Empty outside the picture and where the
+  /// vehicle hides it (LensMount::masks), and farther than 87 degrees from the axis: programs for reconstruction take
+  /// what lies behind a lens for an error.
+  std::optional<Eigen::Vector2d> pixel(const Point<Lens>& p_lens) const;
   /// Returns the pixels row by row, three bytes each; none if the camera's image is too small for the lens.
   std::vector<std::uint8_t> render(const fusion::RawView& image) const;
 
  private:
   fusion::LensMount mount_;
   fusion::CameraIntrinsics intrinsics_;
+  fusion::CameraModel recorded_, shown_;  // of the lens image and of the picture
+  fusion::PixelMask mask_;
   std::optional<fusion::FloatLens> source_;  // of the pixels of a pinhole; in the lens's own frame
 };
 

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "core/angle.hpp"
+#include "core/output_file.hpp"
 #include "products/image_tables.hpp"
 #include "products/lens_picture.hpp"
 #include "products/ply_file.hpp"
@@ -11,7 +14,7 @@
 namespace hueline::products {
 namespace {
 
-constexpr const char* kPoints = "points.ply";
+constexpr const char *kTransforms = "transforms.json", *kPoints = "points.ply";
 
 class NerfstudioTable : public ImageTable {
  public:
@@ -38,7 +41,7 @@ class NerfstudioTable : public ImageTable {
     file_.add("[0,0,0,1]]}");
   }
 
-  Status close(std::span<const ColouredPoint> points) override {
+  Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>>) override {
     file_.add("\n]}\n");
     const Status closed = file_.close(), written = write_points(points);
     return closed ? written : closed;
@@ -76,12 +79,17 @@ Result<std::unique_ptr<ImageTable>> make_nerfstudio_table(const PictureSet& set)
   bool is_fisheye = false, is_plane = false;
   for (const PictureLens& lens : set.lenses)
     (lens.intrinsics.model == fusion::LensModel::KannalaBrandt ? is_fisheye : is_plane) = true;
-  if (is_fisheye && is_plane)
+  if (is_fisheye && is_plane) {
+    // Those of an earlier export are of other pictures.
+    for (const char* file : {kTransforms, kPoints})
+      if (std::error_code error; std::filesystem::remove(set.folder / file, error), error)
+        return output_error(fmt::format("remove {}", (set.folder / file).string()), error.value());
     return Error{
         ErrorCode::Unsupported,
         "transforms.json has one lens model for all pictures, and the lenses of this rig have two: undistorted "
         "pictures have one (--lens pinhole)"};
-  auto file = TextFile::create(set.folder / "transforms.json");
+  }
+  auto file = TextFile::create(set.folder / kTransforms);
   if (!file) return file.error();
   file->add(fmt::format(
       "{{\"camera_model\":\"{}\",\"ply_file_path\":\"{}\",\"pixels_are_gravity_aligned\":false,\"world\":{{\"axes\":"

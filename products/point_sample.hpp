@@ -8,6 +8,16 @@
 
 namespace hueline::products {
 
+/// Whether a point lies on something that moves by itself, more likely than not.
+inline bool is_moving(const ColouredPoint& point) { return point.moving >= 128; }
+
+/// The finaliser of MurmurHash3 by Appleby: neighbouring numbers give unrelated ones.
+constexpr std::uint64_t mixed_bits(std::uint64_t n) {
+  n = (n ^ (n >> 33)) * 0xff51afd7ed558ccdu;
+  n = (n ^ (n >> 33)) * 0xc4ceb9fe1a85ec53u;
+  return n ^ (n >> 33);
+}
+
 /// Keeps an even sample of the coloured points of a drive, at most `most`. A hash of a point's number in the cloud
 /// decides, so the same cloud gives the same sample. Points without a colour and points that move by themselves are
 /// left out: reconstructions begin with what stands still. Thread safety: none.
@@ -17,8 +27,8 @@ class PointSample {
 
   void add(const CloudBlock& block) {
     for (const ColouredPoint& point : block.points) {
-      const std::uint64_t hash = mixed(count_++);
-      if (hash > limit_ || most_ == 0 || point.lens == kNoLens || point.moving >= kMoves) continue;
+      const std::uint64_t hash = mixed_bits(count_++);
+      if (hash > limit_ || most_ == 0 || point.lens == kNoLens || is_moving(point)) continue;
       if (kept_.size() == most_) thin();
       if (hash <= limit_) kept_.emplace_back(hash, point);
     }
@@ -31,13 +41,6 @@ class PointSample {
   }
 
  private:
-  static constexpr std::uint8_t kMoves = 128;
-  /// The finaliser of MurmurHash3 by Appleby: neighbouring numbers give unrelated ones.
-  static std::uint64_t mixed(std::uint64_t n) {
-    n = (n ^ (n >> 33)) * 0xff51afd7ed558ccdu;
-    n = (n ^ (n >> 33)) * 0xc4ceb9fe1a85ec53u;
-    return n ^ (n >> 33);
-  }
   void thin() {
     limit_ /= 2;
     std::erase_if(kept_, [&](const auto& one) { return one.first > limit_; });

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numbers>
@@ -171,6 +172,24 @@ TEST_F(Images, WhatCannotBePlacedIsCounted) {
   EXPECT_EQ(counts.copied, 0u) << "an undistorted picture is no copy";
 }
 
+TEST_F(Images, TablesThatCannotBeWrittenAreNotThere) {
+  fusion::LensMount fisheye = head_.lenses[0];
+  fisheye.name = "fisheye";
+  fisheye.camera = 4;
+  fisheye.intrinsics.model = fusion::LensModel::KannalaBrandt;
+  fisheye.intrinsics.distortion = {};
+  head_.lenses.push_back(fisheye);
+  for (const char* file : {"transforms.json", "points.ply"}) std::ofstream(folder_ / file) << "of an earlier export";
+  ImageExport images(folder_ / ".", head_, {}, {});
+  images.set_origin(*trajectory_.origin());
+  images.add(exposure(0));
+  ASSERT_TRUE(images.settle(exposure(0), trajectory_).ok());
+  ASSERT_TRUE(images.finish().ok());
+  EXPECT_EQ(images.missing_tables().size(), 1u);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "sparse/0/images.txt"));
+  for (const char* file : {"transforms.json", "points.ply"}) EXPECT_FALSE(std::filesystem::exists(folder_ / file));
+}
+
 TEST(LensPicture, SaysTheModelsOfColmap) {
   fusion::CameraIntrinsics lens;
   lens.width = 100, lens.height = 80;
@@ -187,6 +206,24 @@ TEST(LensPicture, SaysTheModelsOfColmap) {
   lens.model = fusion::LensModel::KannalaBrandt;
   EXPECT_EQ(colmap_camera(lens).model, "OPENCV_FISHEYE");
   EXPECT_EQ(colmap_camera(lens).parameters.size(), 8u);
+}
+
+TEST(LensPicture, SaysWhereItShowsAPoint) {
+  fusion::LensMount mount;  // a fisheye that sees more than a half-space
+  mount.intrinsics.model = fusion::LensModel::KannalaBrandt;
+  mount.intrinsics.width = 400, mount.intrinsics.height = 400;
+  mount.intrinsics.focal_px = {100, 100};
+  mount.intrinsics.principal_point_px = {199.5, 199.5};
+  const auto at = [](double degrees) {
+    const double angle = degrees * std::numbers::pi / 180;
+    return Point<Lens>{{5 * std::sin(angle), 0, 5 * std::cos(angle)}};
+  };
+  const LensPicture recorded(mount, LensPixels::Recorded), pinhole(mount, LensPixels::Pinhole);
+  EXPECT_NEAR(recorded.pixel(at(60))->x(), 199.5 + 100 * std::numbers::pi / 3, 1e-9);
+  EXPECT_TRUE(recorded.pixel(at(86)));
+  EXPECT_FALSE(recorded.pixel(at(95))) << "in the image, but behind the lens";
+  EXPECT_NEAR(pinhole.pixel(at(45))->x(), pinhole.intrinsics().principal_point_px.x() + 100, 1e-9);
+  EXPECT_FALSE(pinhole.pixel(at(86)));
 }
 
 TEST(OmegaPhiKappa, AreThoseOfAPictureTakenDownwards) {

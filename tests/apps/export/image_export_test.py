@@ -102,12 +102,25 @@ def read_colmap(folder):
     lines = lines_of(folder + "/images.txt")
     for i in range(0, len(lines), 2):
         words = lines[i].split()
-        if len(words) != 10 or lines[i + 1]:
+        if len(words) != 10:
             fail("images.txt: " + lines[i])
         numbers = [float(w) for w in words[1:8]]
         images["images/" + words[9]] = (of_quaternion(*numbers[:4]), numbers[4:], cameras[int(words[8])])
     points = [line.split() for line in lines_of(folder + "/points3D.txt")]
     return images, [([float(w) for w in p[1:4]], [int(w) for w in p[4:7]]) for p in points]
+
+
+def read_tracks(folder):
+    """What each image observes: pixel and number of a point. Of each point: place, error, and where it is observed."""
+    lines = lines_of(folder + "/images.txt")
+    names = {int(line.split()[0]): "images/" + line.split()[9] for line in lines[::2]}
+    seen = {}
+    for line, words in zip(lines[::2], (line.split() for line in lines[1::2])):
+        seen["images/" + line.split()[9]] = [(float(words[i]), float(words[i + 1]), int(words[i + 2])) for i in range(0, len(words), 3)]
+    points = {}
+    for p in (line.split() for line in lines_of(folder + "/points3D.txt")):
+        points[int(p[0])] = ([float(w) for w in p[1:4]], float(p[7]), [(names[int(p[i])], int(p[i + 1])) for i in range(8, len(p), 2)])
+    return seen, points
 
 
 def check_by_colmap(folder):
@@ -128,6 +141,58 @@ def check_by_colmap(folder):
     for (place, rgb), (other, other_rgb) in zip(sorted(our_points), sorted(their_points)):
         if math.dist(place, other) > 1e-6 or rgb != other_rgb:
             fail(f"COLMAP reads the point {other} {other_rgb}, not {place} {rgb}")
+    (seen, points), (their_seen, their_points) = read_tracks(folder + "/sparse/0"), read_tracks(folder + "/TXT")
+    for file in seen:
+        if [one[2] for one in seen[file]] != [one[2] for one in their_seen[file]] or any(math.dist(a, b) > 1e-3 for a, b in zip(seen[file], their_seen[file])):
+            fail(f"{file}: COLMAP reads other observations")
+    for number, (_, error, track) in points.items():
+        if sorted(track) != sorted(their_points[number][2]) or abs(error - their_points[number][1]) > 1e-6:
+            fail(f"COLMAP reads another track of the point {number}")
+    said = run("colmap", "model_analyzer", "--path", folder + "/sparse/0")
+    if f"Observations: {sum(len(one) for one in seen.values())}" not in said:
+        fail("colmap model_analyzer says " + said)
+
+
+def check_tracks(folder, model, images):
+    """Observations are where the poses show the points, and the simulator's lenses truly saw the points there."""
+    seen, points = read_tracks(folder + "/sparse/0")
+    world = json.load(open(folder + "/transforms.json"))["world"]
+    latitude, longitude = math.radians(world["latitude_deg"]), math.radians(world["longitude_deg"])
+    origin, level = ecef(latitude, longitude, world["ellipsoidal_height_m"]), level_of(latitude, longitude)
+    rows = {row["file"]: row for row in csv.DictReader(open(folder + "/poses.csv"))}
+    lenses = sorted({row["lens"] for row in rows.values()})
+    moments = sorted({round(float(row["gps_s"]) * 1e9) for row in csv.DictReader(open(model + "/sights.csv"))})
+    asked, places = [], open("places.txt", "w")
+    for file, observed in seen.items():
+        R, t, camera = images[file]
+        for i, (u, v, number) in enumerate(observed):
+            place, _, track = points[number]
+            pixel = project(camera[0], camera[3], *[a + b for a, b in zip(times(R, place), t)])
+            if (file, i) not in track or not inside(camera, pixel) or math.dist(pixel, (u, v)) > 0.002:
+                fail(f"{file} observes the point {number} at {u}, {v}, and it is at {pixel}")
+            taken = min(moments, key=lambda time: abs(time * 1e-9 - float(rows[file]["gps_s"])))
+            print(taken, lenses.index(rows[file]["lens"]), *[a + b for a, b in zip(times(transposed(level), place), origin)], file=places)
+            asked.append((u, v))
+    places.close()
+    if sum(len(track) for _, _, track in points.values()) != len(asked) or any((error < 0) != (not track) for _, error, track in points.values()):
+        fail("tracks of points that are not observed")
+    if any(len({file for file, _ in track}) != len(track) for _, _, track in points.values()):
+        fail("a point is twice in an image")
+    run(PROOF, model + ".yaml", "sim", model, "places.txt")
+    hidden, off = 0, []
+    for (u, v), row in zip(asked, csv.DictReader(open(model + "/answers.csv"))):
+        distance, met = float(row["distance_m"]), float(row["seen_m"])
+        hidden += 0 < met < distance - 0.1 - 0.01 * distance
+        off.append(math.dist((float(row["u"]) + 0.5, float(row["v"]) + 0.5), (u, v)))
+    shared = sum(len(track) > 1 for _, _, track in points.values())
+    off.sort()
+    print(f"{folder}: {len(asked)} observations, {hidden} hidden; {shared} of {len(points)} points in several images")
+    if folder.endswith("recorded"):
+        print(f"  off {off[len(off) // 2]:.4f} px, at most {off[-1]:.4f} px")
+        if off[-1] > 0.2:
+            fail("points are not where the lenses saw them")
+    if len(asked) < 5000 or hidden > 0.01 * len(asked) or shared < 0.5 * len(points):
+        fail("observations")
 
 
 def read_png(path):
@@ -292,9 +357,11 @@ def main():
             fail(said)
         images = check_tables(model + "/recorded", sights, True)
         check_by_colmap(model + "/recorded")
+        check_tracks(model + "/recorded", model, images)
         run(*export, "--out", model + "/pinhole", "--format", "png", "--lens", "pinhole", "--threads", "1")
         straight = check_tables(model + "/pinhole", sights, False)
         check_by_colmap(model + "/pinhole")
+        check_tracks(model + "/pinhole", model, straight)
         if {camera[0] for _, _, camera in straight.values()} != {"PINHOLE"}:
             fail("undistorted pictures with a distorted camera")
         check_colours(model + "/recorded", model + "/pinhole", images, straight)
@@ -314,6 +381,12 @@ def main():
         fail(f"exiftool reads {tags}")
     run(*export, "--out", "none", "--from", "1450000010", "--to", "1450000020", status=5)
     run(*export, "--out", "x", "--exposures", "3-", status=2)
+    if "the drive has no exposure 6" not in run(*export, "--out", "x", "--exposures", "4-8", status=5):
+        fail("exposures that the drive does not have")
+    if "the drive has 6 exposures; none is chosen" not in run(*export, "--out", "y", "--exposures", "40", status=5):
+        fail("no exposure at all")
+    if "some/images has 6 more pictures" not in run(*export, "--out", "some", "--exposures", "0"):
+        fail("pictures of an earlier export")
     run(*export, "--out", "brown.yaml", status=4)
     print("images: all as it should be")
 

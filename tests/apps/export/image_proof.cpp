@@ -1,8 +1,10 @@
 // A simulated drive as a recording, and what its lenses truly saw: the inputs of image_export_test.py.
 //
-//   image_proof SCENARIO SIM OUT
+//   image_proof SCENARIO SIM OUT [PLACES]
 //     writes OUT/drive.mcap and OUT/sights.csv: time of an exposure, lens, pixel, and the ECEF place that the pixel
-//     shows, from the simulator's own geometry
+//     shows, from the simulator's own geometry. For each line of PLACES (time of an exposure, lens, ECEF place) a line
+//     in OUT/answers.csv: how far the place is from the lens, at what distance the lens sees something in that
+//     direction (0: nothing), and the place's pixel
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -81,8 +83,38 @@ void write_sights(const sim::Scenario& scenario, const sim::TruthReader& truth, 
   }
 }
 
+void answer(const sim::Scenario& scenario, const std::string& places, const std::string& path) {
+  const sim::Motion motion(scenario);
+  const sim::World world(scenario, motion);
+  const sim::RigTruth rig = sim::rig_truth(scenario);
+  const sim::GeodeticPlace scene = sim::scene_origin(scenario);
+  const sim::Vec3 origin = sim::ecef_from_geodetic(scene);
+  const sim::Mat3 R = sim::R_ecef_enu(scene);
+  std::ifstream in(places);
+  std::ofstream out(path);
+  out << "distance_m,seen_m,u,v\n";
+  std::int64_t gps_ns = 0;
+  std::size_t lens = 0;
+  sim::Vec3 place;
+  sim::Moment moment = world.moment(0);
+  while (in >> gps_ns >> lens >> place.x >> place.y >> place.z) {
+    if (gps_ns != moment.gps_ns) moment = world.moment(gps_ns);
+    const sim::Pose T_enu_lens = moment.T_enu_body * rig.T_body_head * rig.lenses.at(lens).T_head_lens;
+    const sim::Vec3 away = transposed(R) * (place - origin) - T_enu_lens.p;
+    const double distance = length(away);
+    const sim::World::Ray ray{T_enu_lens.p, (1 / distance) * away};
+    sim::Seen seen;
+    world.look(moment, std::span(&ray, 1), 1e-4f, std::span(&seen, 1));
+    const auto pixel =
+        rig.lenses[lens].project(transposed(T_enu_lens.R) * ray.direction).value_or(sim::TruePixel{-1, -1});
+    out << fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", distance, seen.is_hit ? seen.distance_m : 0.0, pixel.u,
+                       pixel.v);
+  }
+}
+
 int prove(const std::vector<std::string>& words) {
   const sim::Scenario scenario = config::load_scenario(words[0]);
+  if (words.size() == 4) return answer(scenario, words[3], words[2] + "/answers.csv"), 0;
   const auto drive = sim::generate(scenario, words[1]);
   if (!drive.ok()) return std::fprintf(stderr, "%s\n", drive.error().message.c_str()), 1;
   const auto truth = sim::TruthReader::open(drive->cache_dir + "/truth.bin");
@@ -99,7 +131,8 @@ int prove(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   hueline::open_standard_streams();
   const std::vector<std::string> words(argv + 1, argv + argc);
-  if (words.size() != 3) return std::fprintf(stderr, "usage: image_proof SCENARIO SIM OUT\n"), 2;
+  if (words.size() != 3 && words.size() != 4)
+    return std::fprintf(stderr, "usage: image_proof SCENARIO SIM OUT [PLACES]\n"), 2;
   try {
     return hueline::apps::test::prove(words);
   } catch (const std::exception& error) {
