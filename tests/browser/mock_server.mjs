@@ -400,7 +400,7 @@ export class Mock {
         return say(200, {});
       case "POST sound":
         return this.state.sound_trouble ? deny(409, this.state.sound_trouble) : say(202, {});
-      case "GET drives": return say(200, { drives: this.drives });
+      case "GET drives": return say(200, { drives: this.drives, all: this.allDrives ?? this.drives.length });
       case "POST replay":
         if (this.state.state !== "idle") return deny(409, "A drive is running already.");
         this.beginReplay(body.drive, body);
@@ -432,6 +432,7 @@ export class Mock {
   #drive(name, file, say, deny, response) {
     const drive = this.drives.find((one) => one.name === name);
     if (!drive) return deny(404, `There is no drive ${name}.`);
+    if (this.summaryText !== undefined && file === "summary.json") return response.writeHead(200, { "Content-Type": "application/json" }).end(this.summaryText);
     if (drive.grade === null) return deny(404, `the drive has no ${file} (yet)`);
     if (file === "report.html") {
       response.setHeader("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'");

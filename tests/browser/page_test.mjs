@@ -379,6 +379,21 @@ test("a viewer sees everything and can change nothing", async () => {
   assert.equal(posts("start").length + posts("check").length, 0);
 });
 
+test("a drive whose summary a full disk has cut has no verdict, and no praise", async () => {
+  const drive = { name: "cut", begin: null, duration_s: null, path_m: null, points: null, coloured_share: null, grade: null, bytes: 5e6, running: false };
+  mock.drives.push(drive);
+  mock.allDrives = 5000;
+  for (const text of ["", "{}", "null", "[1]", '{"verdict": {"grade": "go', '{"verdict": {}}']) {
+    mock.summaryText = text;
+    await open("drives");
+    await see("of 5000 drives");
+    await page.getByText("cut", { exact: true }).click();
+    await page.waitForSelector(".verdict-view .answer.unknown");
+    await see("gives points and verdict");
+    assert.equal(await page.getByText("Nothing was worse").count(), 0, text);
+  }
+});
+
 test("other drives have their verdicts, and one can be replayed", async () => {
   await open("drives");
   await page.getByText("2026-11-18_1100").click();

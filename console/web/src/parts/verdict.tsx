@@ -47,10 +47,11 @@ export function Verdict({ drive }: { drive: string }) {
     setSummary(null);
     setWrong("");
     get<Summary>(`drives/${encodeURIComponent(drive)}/summary.json`).then(
-      (found) => isCurrent && setSummary(found),
+      (found) => isCurrent && setSummary(found ?? "none"),
       (error: unknown) => {
         if (!isCurrent) return;
-        if (error instanceof Refused && error.status === 404) setSummary("none");
+        // A summary that a full disk has cut is no JSON, though the server has answered.
+        if (error instanceof Refused && (error.status === 404 || error.status === 200)) setSummary("none");
         else setWrong(reason(error));
       },
     );
@@ -60,7 +61,8 @@ export function Verdict({ drive }: { drive: string }) {
   }, [drive]);
   if (wrong) return <p class="wrong" role="alert" lang="en">{wrong}</p>;
   if (!summary) return <p class="empty">…</p>;
-  if (summary === "none")
+  const grade = summary === "none" ? "unknown" : gradeOf(summary.verdict?.grade);
+  if (summary === "none" || grade === "unknown")
     return (
       <section class="verdict-view" aria-label={t("verdict.title", { name: drive })}>
         <h2>{t("verdict.title", { name: drive })}</h2>
@@ -68,7 +70,6 @@ export function Verdict({ drive }: { drive: string }) {
         <p class="advice">{t("verdict.cut", { name: drive })}</p>
       </section>
     );
-  const grade = gradeOf(summary.verdict?.grade);
   const remarks = summary.verdict?.remarks ?? [];
   return (
     <section class="verdict-view" aria-label={t("verdict.title", { name: drive })}>
@@ -76,7 +77,7 @@ export function Verdict({ drive }: { drive: string }) {
       <p class={`answer ${grade}`} role="status">
         <Lamp level={lampOfGrade[grade]} word={t(`verdict.${grade}`)} />
       </p>
-      {grade !== "unknown" && <p class="advice">{t(advice[grade])}</p>}
+      <p class="advice">{t(advice[grade])}</p>
       <h3>{t("verdict.reasons")}</h3>
       {remarks.length > 0 ? <ul class="items">{remarks.map((one, i) => <RemarkLine key={i} remark={one} />)}</ul> : <p>{t("verdict.no_reasons")}</p>}
       <h3>{t("verdict.report")}</h3>

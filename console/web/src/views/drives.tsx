@@ -29,12 +29,16 @@ function Replay({ drive }: { drive: string }) {
 /// The drives in the folder of the server, with their verdicts, reports and replays.
 export function DrivesView() {
   const [drives, setDrives] = useState<Drive[] | null>(null);
+  const [all, setAll] = useState(0);
   const [open, setOpen] = useState<string | null>(null);
   const [wrong, setWrong] = useState("");
   const state = consoleState.value?.state;
   useEffect(() => {
-    get<{ drives: Drive[] }>("drives").then(
-      (found) => setDrives(found.drives),
+    get<{ drives: Drive[]; all: number }>("drives").then(
+      (found) => {
+        setDrives(found.drives);
+        setAll(found.all);
+      },
       (error: unknown) => setWrong(reason(error)),
     );
   }, [state]);
@@ -50,22 +54,25 @@ export function DrivesView() {
   if (!drives) return <p class="empty">…</p>;
   if (drives.length === 0) return <p class="empty">{t("drives.none")}</p>;
   return (
-    <ul class="drives">
-      {drives.map((one) => (
-        <li key={one.name}>
-          <button type="button" class="line" disabled={one.running} onClick={() => setOpen(one.name)}>
-            <Lamp
-              level={one.running ? "info" : lampOfGrade[gradeOf(one.grade)]}
-              word={one.running ? t("drives.running") : t(`verdict.${gradeOf(one.grade)}`)}
-            />
-            <span class="name"><b>{one.name}</b></span>
-            <span class="value">{formatClock(one.begin, true)}</span>
-            <span class="value">{formatTime(one.duration_s)}</span>
-            <span class="value">{formatLength(one.path_m)}</span>
-            <span class="value">{formatBytes(one.bytes)}</span>
-          </button>
-        </li>
-      ))}
-    </ul>
+    <>
+      {all > drives.length && <p class="empty">{t("drives.left_out", { shown: drives.length, all })}</p>}
+      <ul class="drives">
+        {drives.map((one) => (
+          <li key={one.name}>
+            <button type="button" class="line" disabled={one.running} onClick={() => setOpen(one.name)}>
+              <Lamp
+                level={one.running ? "info" : lampOfGrade[gradeOf(one.grade)]}
+                word={one.running ? t("drives.running") : t(`verdict.${gradeOf(one.grade)}`)}
+              />
+              <span class="name"><b>{one.name}</b></span>
+              <span class="value">{formatClock(one.begin, true)}</span>
+              <span class="value">{formatTime(one.duration_s)}</span>
+              <span class="value">{formatLength(one.path_m)}</span>
+              <span class="value">{formatBytes(one.bytes)}</span>
+            </button>
+          </li>
+        ))}
+      </ul>
+    </>
   );
 }

@@ -202,8 +202,8 @@ export const catalogue = {
   "verdict.stay": ["Drive the places below again before you leave the site.", "离开现场前请重测以下位置。"],
   "verdict.reasons": ["Reasons", "理由"],
   "verdict.cut": [
-    "The drive was cut off before its end, so it has no verdict. What was recorded until then is whole: hueline replay {name}/drive.mcap --out FOLDER gives points and verdict.",
-    "采集中途中断，因此没有评价。中断前的记录完整：hueline replay {name}/drive.mcap --out FOLDER 可生成点云和评价。",
+    "The drive was cut off before its end, or its summary could not be written, so it has no verdict. What was recorded until then is whole: hueline replay {name}/drive.mcap --out FOLDER gives points and verdict.",
+    "采集中途中断，或摘要未能写入，因此没有评价。中断前的记录完整：hueline replay {name}/drive.mcap --out FOLDER 可生成点云和评价。",
   ],
   "verdict.no_reasons": ["Nothing was worse than the rig wants.", "所有指标均满足配置要求。"],
   "verdict.report": ["Report", "报告"],
@@ -280,6 +280,7 @@ export const catalogue = {
 
   // drives
   "drives.none": ["There is no drive in the folder yet.", "文件夹中还没有采集数据。"],
+  "drives.left_out": ["The newest {shown} of {all} drives are listed.", "仅列出 {all} 项采集中最新的 {shown} 项。"],
   "drives.running": ["running", "进行中"],
   "drives.replay": ["Replay", "回放"],
   "drives.speed": ["Speed", "速度"],
