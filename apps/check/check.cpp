@@ -3,11 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,22 +53,37 @@ class PassingFile {
   const std::filesystem::path path_;
 };
 
-/// Returns how fast the disk takes data, bytes/s, by writing 64 MB to it; below 0 if that is not possible.
-double disk_speed(const std::filesystem::path& path) {
+/// Returns the folder, or the nearest one above it that is there: a capture makes the others.
+std::filesystem::path nearest_folder(const std::filesystem::path& wanted) {
+  std::error_code unknown;
+  std::filesystem::path folder = std::filesystem::absolute(wanted, unknown);
+  while (folder.has_relative_path() && !std::filesystem::exists(folder, unknown)) folder = folder.parent_path();
+  return folder;
+}
+
+/// Returns how fast the disk takes data, bytes/s, by writing 64 MB to it. Error: Io.
+Result<double> disk_speed(const std::filesystem::path& path) {
   const PassingFile file(path);
+  const auto refused = [&] { return io_error("64 MB cannot be written to " + path.parent_path().string(), errno); };
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (fd < 0) return -1;
+  if (fd < 0) return refused();
   constexpr std::size_t kPiece = 4 << 20;
   constexpr int kPieces = 16;
   const std::vector<char> piece(kPiece, 'h');
   const auto begin = std::chrono::steady_clock::now();
   bool done = true;
   for (int i = 0; i < kPieces && done; ++i)
-    done = ::write(fd, piece.data(), piece.size()) == static_cast<ssize_t>(kPiece);
+    for (std::size_t at = 0; at < kPiece && done;) {
+      const ssize_t wrote = ::write(fd, piece.data() + at, kPiece - at);
+      done = wrote > 0;
+      at += static_cast<std::size_t>(std::max<ssize_t>(wrote, 0));
+    }
   done = done && ::fdatasync(fd) == 0;
+  const auto wrong = done ? std::optional<Error>() : refused();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   ::close(fd);
-  return done ? static_cast<double>(kPiece) * kPieces / std::max(seconds, 1e-6) : -1;
+  if (wrong) return *wrong;
+  return static_cast<double>(kPiece) * kPieces / std::max(seconds, 1e-6);
 }
 
 /// Counts the points of the short run, looks at its images, and keeps why sensors are not there.
@@ -103,18 +120,22 @@ int check(const CheckOptions& options) {
     return sensor.device->arrivals() == drivers::Arrivals::Live;
   });
   runtime::HostFacts facts = runtime::read_host_facts();
-  const std::filesystem::path folder = options.disk;
-  facts.disk_bytes_per_s = disk_speed(folder / fmt::format(".hueline-check-{}", getpid()));
+  const std::filesystem::path folder = nearest_folder(options.disk);
+  const auto speed = disk_speed(folder / fmt::format(".hueline-check-{}", getpid()));
+  facts.disk_bytes_per_s = speed.ok() ? *speed : -1;
   facts.free_bytes = static_cast<std::int64_t>(
       runtime::DiskReserve(folder, storage::Disk::kernel(), rig.recording.volumes).free_bytes());
   for (const std::string& volume : rig.recording.volumes)
     if (const std::string trouble = storage::volume_trouble(volume, folder); !trouble.empty())
       findings.push_back({false, "disk", volume + " " + trouble, "mend it, or take it out of recording.volumes"});
-  if (facts.disk_bytes_per_s < 0)
-    findings.push_back({true, "disk", fmt::format("64 MB cannot be written to {}", folder.string()),
-                        "check the folder, its rights and its room"});
+  if (!speed.ok()) {
+    findings.push_back({true, "disk", speed.error().message, "check the folder, its rights and its room"});
+    if (is_live)
+      findings.push_back({true, "sensors", "nobody has listened to them, because what they send cannot be written",
+                          "check again when the disk takes data"});
+  }
 
-  if (is_live && facts.disk_bytes_per_s >= 0) {
+  if (is_live && speed.ok()) {
     const PassingFile recording(folder / fmt::format(".hueline-check-{}.mcap", getpid()));
     auto journal = storage::SegmentedJournal::create(recording.path(), runtime::journal_header(rig));
     if (!journal.ok()) {

@@ -7,11 +7,13 @@
 #include <numbers>
 
 #include "apps/inspect/inspect.hpp"
+#include "apps/log.hpp"
 #include "config/key_reader.hpp"
 #include "config/rig.hpp"
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
 #include "core/mounting.hpp"
+#include "runtime/readiness.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/cloud_file.hpp"
 #include "storage/las_fields.hpp"
@@ -115,6 +117,9 @@ std::unique_ptr<Json> rig_facts(const std::string& path) {
   for (const auto& sensor : rig.sensors) json["sensors"][sensor.name] = sensor.driver();
   json["lenses"] = rig.geometry.head.lenses.size();
   json["crs"] = rig.map.crs;
+  // Each value is allowed by itself; together they may not be.
+  for (const runtime::Finding& one : runtime::check_rig(rig))
+    log_warning("{}: {}; {}", one.about, one.text, one.action);
   return found;
 }
 
