@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "apps/commands.hpp"
@@ -22,6 +25,11 @@ struct DoctorOptions {
 int doctor(const DoctorOptions& options) {
   std::optional<config::Rig> rig;
   if (!options.rig.empty()) rig = config::load_rig(options.rig);
+  std::error_code unknown;
+  if (!std::filesystem::is_directory(options.root, unknown)) {
+    log_error("--root {}: there is no such folder", options.root);
+    return kWrongUse;
+  }
   const std::vector<runtime::HostSetting> unset = runtime::find_unset(options.root, rig ? &*rig : nullptr);
   int left = 0, refused = 0;
   for (const runtime::HostSetting& one : unset) {
@@ -37,13 +45,22 @@ int doctor(const DoctorOptions& options) {
       continue;
     }
     if (const Status done = runtime::set(one); !done.ok()) {
-      log_error("{}; run it as root", done.error().message);
+      log_error("{}; {}", done.error().message,
+                geteuid() == 0 ? "in a container, set it on the computer that runs the container" : "run it as root");
       ++refused;
       continue;
     }
     fmt::print("  set to {} until the next start of the computer; it lasts by {}\n", one.value, one.action);
   }
-  if (unset.empty()) fmt::print("the computer is set for a capture\n");
+  // Not every container shows them.
+  std::string unseen;
+  for (const char* file :
+       {"proc/sys/net/core/rmem_max", "sys/devices/system/clocksource/clocksource0/current_clocksource"})
+    if (!std::filesystem::exists(std::filesystem::path(options.root) / file, unknown))
+      unseen += fmt::format("{}/{}", unseen.empty() ? "" : ", ", file);
+  if (unset.empty())
+    fmt::print("the computer is set for a capture{}\n",
+               unseen.empty() ? "" : ", as far as it can be seen: there is no " + unseen);
   if (refused > 0) return kOutputRefused;
   return left > 0 ? kNotReady : kDone;
 }

@@ -14,7 +14,8 @@ holds() { [ "$(cat "pc/$2")" = "$1" ] || fail "$2 is $(cat "pc/$2"), not $1"; }
 
 mkdir pc
 ends 0 "$hueline" doctor --root pc
-says "the computer is set for a capture"
+says "the computer is set for a capture, as far as it can be seen: there is no /proc/sys/net/core/rmem_max"
+ends 2 "$hueline" doctor --root nowhere
 
 file 212992 proc/sys/net/core/rmem_max
 file 16 sys/module/usbcore/parameters/usbfs_memory_mb
