@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -59,6 +60,8 @@ const char* name(Grade grade) {
   return "?";
 }
 
+double percent_below(double share) { return std::floor(1000 * share + 1e-9) / 10; }
+
 Verdict judge_drive(const config::Rig& rig, const Health& health, const Summary& summary) {
   const config::HealthLimits& limits = rig.health;
   Verdict out;
@@ -77,12 +80,12 @@ Verdict judge_drive(const config::Rig& rig, const Health& health, const Summary&
     const double placed = summary.placed_share(), coloured = summary.coloured_share();
     if (placed < limits.placed_share)
       remark(placed < 0.5 ? Grade::Again : Grade::Remarks,
-             fmt::format("{:.1f} % of the returns became points (wanted: {:.1f} %)", 100 * placed,
+             fmt::format("{:.1f} % of the returns became points (wanted: {:.1f} %)", percent_below(placed),
                          100 * limits.placed_share));
     if (!rig.sync.cameras.empty() && coloured < limits.coloured_share)
       remark(coloured < limits.coloured_share_alarm ? Grade::Again : Grade::Remarks,
              fmt::format("{:.1f} % of the points are coloured (wanted: {:.1f} %; drive again below {:.1f} %)",
-                         100 * coloured, 100 * limits.coloured_share, 100 * limits.coloured_share_alarm));
+                         percent_below(coloured), 100 * limits.coloured_share, 100 * limits.coloured_share_alarm));
   }
   if (out.alarm_share > limits.again_share)
     remark(Grade::Again, fmt::format("alarms for {:.1f} % of the way (allowed: {:.1f} %)", 100 * out.alarm_share,

@@ -42,6 +42,9 @@ struct Verdict {
   nlohmann::ordered_json json() const;
 };
 
+/// Returns a share in percent, rounded down to tenths: one that is just too small must not look like what is wanted.
+double percent_below(double share);
+
 /// Judges a drive by its health and its figures. What was not there before the vehicle moved, and what ended with the
 /// drive (HealthLimits::end), is no reason. Call it after Pipeline::report().
 Verdict judge_drive(const config::Rig& rig, const Health& health, const Summary& summary);

@@ -29,5 +29,10 @@ TEST(Verdict, NamesAStretchOnceHoweverManySensorsWereInTrouble) {
   EXPECT_THAT(text, testing::HasSubstr("; 30 s for 1 s"));
 }
 
+TEST(Verdict, AShareThatIsJustTooSmallDoesNotLookLikeWhatIsWanted) {
+  EXPECT_DOUBLE_EQ(percent_below(0.97996), 97.9);
+  for (int tenths = 0; tenths <= 1000; ++tenths) EXPECT_DOUBLE_EQ(percent_below(0.001 * tenths), 0.1 * tenths);
+}
+
 }  // namespace
 }  // namespace hueline::runtime
