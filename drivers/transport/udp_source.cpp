@@ -138,6 +138,10 @@ Status UdpSource::open_socket(std::uint16_t port) {
     Error error = io_error("bind " + where, why);
     // Asking again can help: the interface may come up later, or the other program may end.
     if (why == EADDRNOTAVAIL || why == EADDRINUSE) error.code = ErrorCode::Unavailable;
+    if (why == EADDRINUSE) error.message += "; another program listens there, such as a capture";
+    if (why == EADDRNOTAVAIL)
+      error.message +=
+          "; bind_address is this computer's own address in the sensor's network, which `ip address` shows";
     return error;
   }
   if (is_multicast) {
