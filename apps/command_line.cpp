@@ -39,7 +39,7 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
 /// mistyped word as a missing one.
 std::string unknown_word(const CLI::App& all, int argc, char** argv) {
   const CLI::App* app = &all;
-  std::string path = "hueline";
+  std::string path = all.get_name();
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--") break;
@@ -111,7 +111,7 @@ std::vector<std::string> completions(const CLI::App& all, const std::vector<std:
 
 /// Returns the error that CLI11 found, with the command that it is about and where to read more.
 std::string complaint(const CLI::App* app, const CLI::Error& error) {
-  std::string path = "hueline";
+  std::string path = app->get_name();
   for (auto chosen = app->get_subcommands(); !chosen.empty(); chosen = chosen.front()->get_subcommands()) {
     app = chosen.front();
     path += " " + app->get_name();

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <iterator>
@@ -21,6 +22,13 @@ Result<Child> Child::start(const std::vector<std::string>& words, const std::fil
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
+  // posix_spawn() does not tell a file that cannot be written from a program that cannot be started.
+  for (const std::filesystem::path& file : {said, printed}) {
+    if (file.empty()) continue;
+    const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+    if (fd < 0) return io_error(file.string() + " cannot be written", errno);
+    ::close(fd);
+  }
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;

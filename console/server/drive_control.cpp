@@ -56,13 +56,16 @@ DriveControl::DriveControl(boost::asio::io_context& io, Places places)
               {"error", ""}}) {}
 
 void DriveControl::start() {
-  std::error_code ignored;
-  fs::create_directories(work(""), ignored);
   find_feed();
   look();
 }
 
-fs::path DriveControl::work(const std::string& file) const { return places_.drives / ".console" / file; }
+fs::path DriveControl::work(const std::string& file) const {
+  const fs::path folder = places_.drives / ".console";
+  std::error_code ignored;  // shows when the file is written
+  fs::create_directories(folder, ignored);
+  return folder / file;
+}
 
 void DriveControl::look() {
   watch_programs();
@@ -99,6 +102,12 @@ void DriveControl::changed() {
 void DriveControl::find_feed() {
   looked_ = Clock::now();
   std::error_code failed;
+  // The one that this console has started comes first: a folder may hold more than is looked at.
+  if (step_ != Step::Idle && !drive_.empty()) {
+    const fs::path folder = is_replay_ ? places_.drives / ".replay" : places_.drives;
+    const fs::path socket = folder / drive_ / feed::kSocketName;
+    if (fs::is_socket(socket, failed) && try_feed(socket)) return;
+  }
   for (const fs::path& folder : {places_.drives, places_.drives / ".replay"}) {
     std::size_t seen = 0;
     for (fs::directory_iterator at(folder, failed), end; !failed && at != end && seen < Places::kMostDrives;

@@ -87,7 +87,9 @@ void FoxgloveClient::take(const std::string& message) {
         continue;
       }
       subscriptions_[one["id"].get<std::uint32_t>()] = channel;
-      if (channel == kConsoleChannel) data_.push_back(state_message(one["id"].get<std::uint32_t>()));
+      // One that subscribes again and again, and reads nothing, gets it later.
+      if (channel == kConsoleChannel && data_.size() < kMostSubscriptions)
+        data_.push_back(state_message(one["id"].get<std::uint32_t>()));
     }
     subscribe_at_feed();
     return pump();

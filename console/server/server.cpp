@@ -288,7 +288,11 @@ Status Server::start() {
   if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
   if (!failed) acceptor_.bind(at, failed);
   if (!failed) acceptor_.listen(128, failed);
-  if (failed) return wrong(failed.message() + ": does a console run already?");
+  if (failed == asio::error::address_in_use) return wrong(failed.message() + ": does a console run already?");
+  if (failed == boost::system::errc::address_not_available)
+    return wrong("this computer has no such address: `ip address` lists those it has; 0.0.0.0 is all of them");
+  if (failed == asio::error::access_denied) return wrong(failed.message() + ": choose a port from 1024 on");
+  if (failed) return wrong(failed.message());
   shared_->drive.on_change = [this] { tell_state(); };
   accept();
   tell_state();
