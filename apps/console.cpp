@@ -6,14 +6,17 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "apps/command_line.hpp"
 #include "apps/exit_code.hpp"
@@ -76,6 +79,14 @@ int serve(const ConsoleOptions& options) {
     return kOutputRefused;
   }
   fs::create_directories(settings(), failed);  // an error shows when a file is written there
+  if (::access(options.drives.c_str(), W_OK) != 0)
+    log_warning("{}: {}; its drives can be looked at, and none can be checked, started or replayed", options.drives,
+                std::strerror(errno));
+  for (const auto& [option, folder] : {std::pair("--rigs", &options.rigs), {"--allow-simulate", &options.scenarios}})
+    if (!folder->empty() && !fs::is_directory(*folder, failed)) {
+      log_error("{} {}: there is no such folder", option, *folder);
+      return kWrongUse;
+    }
   const auto users = console::Users::load(users_file(options));
   if (!users.ok()) {
     log_error(users.error().message);
@@ -204,13 +215,33 @@ int add_user(const ConsoleOptions& options) {
   return status;
 }
 
+int remove_user(const ConsoleOptions& options) {
+  const int status = change_users(options, [&](console::Users& users) { return users.remove(options.name); });
+  if (status == kDone) fmt::print("{} may no longer log in\n", options.name);
+  return status;
+}
+
+int list_users(const ConsoleOptions& options) {
+  const auto users = console::Users::load(users_file(options));
+  if (!users.ok()) {
+    log_error(users.error().message);
+    return kWrongUse;
+  }
+  for (const console::User& user : users->all())
+    fmt::print("{:20} {:10}{}\n", user.name, console::name(user.role), user.token_hash.empty() ? "" : "has a token");
+  return kDone;
+}
+
 int make_token(const ConsoleOptions& options) {
-  return change_users(options, [&](console::Users& users) -> Status {
-    const auto token = users.make_token(options.name);
+  std::string made;
+  const int status = change_users(options, [&](console::Users& users) -> Status {
+    auto token = users.make_token(options.name);
     if (!token.ok()) return token.error();
-    fmt::print("{}\n", *token);
+    made = std::move(*token);
     return {};
   });
+  if (status == kDone) fmt::print("{}\n", made);  // one that could not be kept is none
+  return status;
 }
 
 void add_commands(Command& all) {
@@ -253,6 +284,13 @@ void add_commands(Command& all) {
   token.required("NAME", options->name, "name of the user");
   token.option("--users", options->users, "file of the users, if not ~/.config/hueline/console-users.json");
   token.runs([options] { return make_token(*options); });
+  Command remove = user.command("remove", "remove a user with token and sessions, also while a console runs");
+  remove.required("NAME", options->name, "name of the user");
+  remove.option("--users", options->users, "file of the users, if not ~/.config/hueline/console-users.json");
+  remove.runs([options] { return remove_user(*options); });
+  Command list = user.command("list", "list the users and their roles");
+  list.option("--users", options->users, "file of the users, if not ~/.config/hueline/console-users.json");
+  list.runs([options] { return list_users(*options); });
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstdint>
 #include <iterator>
 
@@ -64,6 +65,21 @@ std::string percent_encoded(std::string_view text, bool keeps_slashes) {
       out += one;
     else
       out += fmt::format("%{:02X}", static_cast<unsigned char>(one));
+  return out;
+}
+
+std::string percent_decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    unsigned char byte = 0;
+    const char* const begin = text.data() + at + 1;
+    if (text[at] == '%' && text.size() - at > 2 && std::from_chars(begin, begin + 2, byte, 16).ptr == begin + 2) {
+      out += static_cast<char>(byte);
+      at += 2;
+    } else {
+      out += text[at];
+    }
+  }
   return out;
 }
 

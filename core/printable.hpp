@@ -20,5 +20,7 @@ std::string as_markup(std::string_view text);
 /// "/". Signatures of AWS want the same. Sources: RFC 3986, 2.1 and 2.3; "Create a signed AWS API request",
 /// UriEncode().
 std::string percent_encoded(std::string_view text, bool keeps_slashes);
+/// Returns what percent_encoded() had, whatever was written as %XX. A "%" without two hexadecimal digits stays.
+std::string percent_decoded(std::string_view text);
 
 }  // namespace hueline

@@ -12,6 +12,7 @@
 
 #include "console/server/json_fields.hpp"
 #include "core/json_text.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::console {
 namespace {
@@ -99,10 +100,11 @@ const Users& Api::users() {
   const auto time = fs::last_write_time(users_file_, failed);
   if (failed) {
     users_ = {};
+    users_read_ = {};  // the same file may come back
   } else if (time != users_read_) {
     users_read_ = time;
-    auto read = Users::load(users_file_);
-    users_ = read.ok() ? std::move(*read) : Users();
+    // A file that somebody is mending by hand takes nobody's session away.
+    if (auto read = Users::load(users_file_); read.ok()) users_ = std::move(*read);
   }
   return users_;
 }
@@ -114,7 +116,14 @@ bool Api::is_own_origin(const Request& request) {
 }
 
 const Session* Api::session_of(const Request& request) {
-  return sessions_.find(cookie(request, "hueline_session"), Sessions::Clock::now());
+  const std::string secret = cookie(request, "hueline_session");
+  const Session* session = sessions_.find(secret, Sessions::Clock::now());
+  if (session == nullptr) return nullptr;
+  // Who was removed, or has got another password or role, has no session any more.
+  const User* user = users().find(session->name);
+  if (user != nullptr && user->role == session->role && user->password_hash == session->password_hash) return session;
+  sessions_.end(secret);
+  return nullptr;
 }
 
 void Api::answer(const Request& request, const Answered& answered) {
@@ -182,7 +191,7 @@ Answer Api::get(const Request& request, const Session& session) {
                            : file == "report.pdf"  ? "application/pdf"
                                                    : nullptr;
   if (type == nullptr) return refuse(404, "there is no such file");
-  const auto path = drive_.places().file_of(rest.substr(0, slash), file);
+  const auto path = drive_.places().file_of(percent_decoded(rest.substr(0, slash)), file);
   if (!path.ok()) return refuse(path.error().code == ErrorCode::Invalid ? 400 : 404, path.error().message);
   Answer out = file_answer(*path, type);
   // The report has its style inside, and no script.

@@ -9,7 +9,7 @@
 #include <iterator>
 
 #include "console/server/json_fields.hpp"
-#include "console/server/users.hpp"
+#include "core/printable.hpp"
 
 namespace hueline::console {
 namespace {
@@ -25,13 +25,17 @@ std::vector<std::string> yaml_files(const fs::path& folder) {
   if (folder.empty()) return names;
   for (fs::directory_iterator at(folder, failed), end; !failed && at != end && names.size() < Places::kMostDrives;
        at.increment(failed))
-    if (at->path().extension() == ".yaml" && is_plain_name(at->path().stem().string()))
+    if (at->path().extension() == ".yaml" && is_entry_name(at->path().stem().string()))
       names.push_back(at->path().stem().string());
   std::ranges::sort(names);
   return names;
 }
 
 }  // namespace
+
+bool is_entry_name(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos && printable(name) == name;
+}
 
 ordered_json read_json(const fs::path& file) {
   std::error_code failed;
@@ -62,7 +66,7 @@ ordered_json Places::drives_json(const fs::path& running) const {
        at.increment(failed)) {
     std::error_code ignored;
     const fs::path recording = at->path() / "drive.mcap";
-    if (is_plain_name(at->path().filename().string()) && fs::is_regular_file(recording, ignored))
+    if (is_entry_name(at->path().filename().string()) && fs::is_regular_file(recording, ignored))
       found.push_back({at->path(), fs::last_write_time(recording, ignored)});
   }
   std::ranges::sort(found, std::greater(), &Found::time);
@@ -87,11 +91,11 @@ ordered_json Places::drives_json(const fs::path& running) const {
                       {"bytes", bytes},
                       {"running", running == folder}});
   }
-  return {{"drives", listed}};
+  return {{"drives", listed}, {"all", found.size()}};
 }
 
 Result<fs::path> Places::file_of(const std::string& drive, const std::string& file) const {
-  if (!is_plain_name(drive)) return Error{ErrorCode::Invalid, "this is no name of a drive"};
+  if (!is_entry_name(drive)) return Error{ErrorCode::Invalid, "this is no name of a drive"};
   const fs::path path = drives / drive / file;
   std::error_code ignored;
   // A link could lead anywhere.

@@ -25,12 +25,15 @@ struct Places {
   std::vector<std::string> scenario_names() const;
   /// Returns the path of a rig. Errors: Invalid if there is no such rig.
   Result<std::string> rig_path(const std::string& rig) const;
-  /// Returns the newest drives with what their summaries say. `running` is the folder of the drive that is recorded
-  /// now; it may be empty.
+  /// Returns the newest drives with what their summaries say, and how many there are. `running` is the folder of the
+  /// drive that is recorded now; it may be empty.
   nlohmann::ordered_json drives_json(const std::filesystem::path& running) const;
   /// Returns the path of a file in the folder of a drive. Errors: Invalid; Unavailable if it is not there.
   Result<std::filesystem::path> file_of(const std::string& drive, const std::string& file) const;
 };
+
+/// Returns whether this is the name of a file or folder that people make: not hidden, on one line, and no path.
+bool is_entry_name(const std::string& name);
 
 /// Reads a JSON file of at most 64 MB. Returns null if it cannot be read.
 nlohmann::ordered_json read_json(const std::filesystem::path& file);

@@ -9,7 +9,7 @@ std::string Sessions::begin(const User& user, Clock::time_point now) {
   while (sessions_.size() >= kMost)
     sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& one) { return one.second.last_used; }));
   std::string secret = random_text(32);
-  sessions_[secret] = {user.name, user.role, random_text(16), now};
+  sessions_[secret] = {user.name, user.role, random_text(16), user.password_hash, now};
   return secret;
 }
 

@@ -14,7 +14,8 @@ namespace hueline::console {
 struct Session {
   std::string name;
   Role role = Role::Viewer;
-  std::string csrf;  ///< must come back in a header with each request that changes something
+  std::string csrf;           ///< must come back in a header with each request that changes something
+  std::string password_hash;  ///< of the password with which the session has begun
   std::chrono::steady_clock::time_point last_used{};
 };
 

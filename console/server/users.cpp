@@ -145,6 +145,16 @@ Result<std::string> Users::make_token(const std::string& name) {
   return Error{ErrorCode::Invalid, fmt::format("there is no user '{}': add it first", name)};
 }
 
+Status Users::remove(const std::string& name) {
+  if (std::erase_if(users_, [&](const User& user) { return user.name == name; }) > 0) return {};
+  return Error{ErrorCode::Invalid, fmt::format("there is no user '{}': `hueline-console user list` shows them", name)};
+}
+
+const User* Users::find(const std::string& name) const {
+  const auto found = std::ranges::find(users_, name, &User::name);
+  return found == users_.end() ? nullptr : &*found;
+}
+
 const User* Users::check(const std::string& name, const std::string& password) const {
   if (password.size() > kMostPassword) return nullptr;
   for (const User& user : users_)

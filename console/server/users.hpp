@@ -44,6 +44,11 @@ class Users {
   Status add(const std::string& name, Role role, const std::string& password);
   /// Makes a token for the user and returns it; only its hash is kept. Error: Invalid if there is no such user.
   Result<std::string> make_token(const std::string& name);
+  /// Removes a user. Error: Invalid if there is no such user.
+  Status remove(const std::string& name);
+  /// Returns the user of that name, or null.
+  const User* find(const std::string& name) const;
+  const std::vector<User>& all() const { return users_; }
   /// Returns the user if the password is right. Takes about as long if the name is wrong.
   const User* check(const std::string& name, const std::string& password) const;
   /// Returns the user of a token, or null.

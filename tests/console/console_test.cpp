@@ -1,11 +1,21 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <string>
 #include <thread>
 
+#include "console/server/drive_control.hpp"
+#include "console/server/foxglove_client.hpp"
+#include "console/server/places.hpp"
 #include "console/server/sessions.hpp"
 #include "console/server/users.hpp"
 #include "core/child.hpp"
@@ -55,6 +65,38 @@ TEST(Users, HaveATokenForOtherPrograms) {
   EXPECT_EQ(users.make_token("nobody").error().code, ErrorCode::Invalid);
 }
 
+TEST(Users, CanBeRemoved) {
+  Users users;
+  ASSERT_TRUE(users.add("anna", Role::Operator, "correct horse").ok());
+  ASSERT_TRUE(users.add("bert", Role::Viewer, "battery staple").ok());
+  const auto token = users.make_token("anna");
+  ASSERT_TRUE(users.remove("anna").ok());
+  EXPECT_EQ(users.find("anna"), nullptr);
+  EXPECT_EQ(users.check("anna", "correct horse"), nullptr);
+  EXPECT_EQ(users.of_token(*token), nullptr);
+  EXPECT_NE(users.find("bert"), nullptr);
+  EXPECT_EQ(users.remove("anna").error().code, ErrorCode::Invalid);
+}
+
+TEST(Places, ShowWhateverNamePeopleGiveToADrive) {
+  const TemporaryFolder folder;
+  const Places places{folder.path(), {}, folder.path(), {}};
+  for (const char* name : {"Hauptstraße 1", "it's \"x\" <b>", "plain", ".hidden", "a\nb"}) {
+    std::filesystem::create_directory(folder / name);
+    std::ofstream(folder / name / "drive.mcap") << "x";
+    std::ofstream(folder / (std::string(name) + ".yaml")) << "x";
+  }
+  const auto found = places.drives_json({});
+  std::set<std::string> names;
+  for (const auto& one : found["drives"]) names.insert(one["name"].get<std::string>());
+  EXPECT_EQ(names, (std::set<std::string>{"Hauptstraße 1", "it's \"x\" <b>", "plain"}));
+  EXPECT_EQ(found["all"], 3);
+  EXPECT_TRUE(places.file_of("Hauptstraße 1", "drive.mcap").ok());
+  EXPECT_TRUE(places.rig_path("Hauptstraße 1").ok());
+  for (const char* name : {"", ".", "..", "../x", ".hidden", "a\nb", "plain/../plain"})
+    EXPECT_FALSE(places.file_of(name, "drive.mcap").ok()) << name;
+}
+
 TEST(Users, RefuseWhatIsNoNameNoPasswordAndNoFile) {
   Users users;
   for (const char* name : {"", "../x", "a b", ".hidden", "-x", "ä"})
@@ -95,6 +137,40 @@ TEST(LoginLimit, LetsFiveWrongPasswordsAMinuteThrough) {
   EXPECT_EQ(limit.wait_s("10.0.0.1", begin + 61s), 0);
   for (int i = 0; i < 30; ++i) limit.note_failure("10.0.1." + std::to_string(i), begin + 70s);
   EXPECT_GT(limit.wait_s("10.0.0.9", begin + 71s), 50) << "all addresses together";
+}
+
+/// Takes messages, and counts them.
+struct CountingWire : Wire {
+  void write(std::string, bool) override { ++written; }
+  void close(const std::string&) override {}
+  int written = 0;
+};
+
+TEST(FoxgloveClient, KeepsNoMoreForOneThatSubscribesAgainAndAgainThanItMayTake) {
+  boost::asio::io_context io;
+  const TemporaryFolder folder;
+  const DriveControl drive(io, Places{folder.path(), {}, {}, {}});
+  CountingWire wire;
+  const auto client = std::make_shared<FoxgloveClient>(io, drive, wire);
+  client->begin();
+  std::string list;
+  for (int id = 0; id < 900; ++id) list += fmt::format("{}{{\"id\":{},\"channelId\":1}}", id > 0 ? "," : "", id);
+  for (int i = 0; i < 10; ++i) client->take(fmt::format(R"({{"op":"subscribe","subscriptions":[{}]}})", list));
+  for (int before = -1; before < wire.written;) {
+    before = wire.written;
+    client->written();
+  }
+  EXPECT_GE(wire.written, 900);
+  EXPECT_LT(wire.written, 1100);
+  client->end();
+}
+
+TEST(Child, SaysWhichFileCannotBeWritten) {
+  const TemporaryFolder folder;
+  const std::string said = folder / "missing" / "said";
+  const auto child = Child::start({"/bin/true"}, said);
+  ASSERT_FALSE(child.ok());
+  EXPECT_EQ(child.error().message, said + " cannot be written: No such file or directory");
 }
 
 TEST(Child, RunsInASessionOfItsOwnWithoutAShell) {

@@ -16,6 +16,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.parse
 
 from websocket_client import WebSocket
 
@@ -224,6 +225,31 @@ try:
     assert server.ask("GET", "/api/drives/x/drive.mcap")[0] == 404
     assert server.ask("POST", "/api/mark", {"note": "x"})[0] == 409
     assert "street" in [r["name"] for r in server.ask("GET", "/api/rigs")[1]["rigs"]]
+    # A drive from the command line may have any name.
+    named = work + '/drives/Stra\u00dfe "1" <b>'
+    os.makedirs(named)
+    open(named + "/drive.mcap", "w").write("x")
+    open(named + "/summary.json", "w").write("{}")
+    listed = server.ask("GET", "/api/drives")[1]
+    assert [one["name"] for one in listed["drives"]] == [os.path.basename(named)] and listed["all"] == 1, listed
+    assert server.ask("GET", f"/api/drives/{urllib.parse.quote(os.path.basename(named))}/summary.json") == (200, {})
+    assert server.ask("GET", "/api/drives/%2e%2e/summary.json")[0] == 400
+    shutil.rmtree(named)
+
+    # Who is removed, or gets another password, is logged out.
+    anna = server.cookie, server.csrf
+    remove = [console, "user", "remove", "carl", "--users", users]
+    for change in (lambda: add_user("carl", "operator", "battery staple"), lambda: subprocess.run(remove, check=True, stdout=subprocess.DEVNULL)):
+        add_user("carl", "operator", "correct horse")
+        assert server.log_in("carl", "correct horse")[0] == 200
+        assert server.ask("GET", "/api/state")[0] == 200
+        change()
+        assert server.ask("GET", "/api/state")[0] == 401
+    server.cookie, server.csrf = anna
+    assert server.ask("GET", "/api/state")[0] == 200
+    assert subprocess.run(remove, capture_output=True).returncode == 2
+    listed = subprocess.run([console, "user", "list", "--users", users], text=True, capture_output=True).stdout.split()
+    assert listed == ["anna", "operator", "vera", "viewer"], listed
 
     # A drive that refuses to stop goes on, says why, and is asked again.
     drive = RefusingDrive(work + "/drives/stubborn")
@@ -499,6 +525,10 @@ try:
     assert re.search("SHA-256 is (\\S+)", again.said)[1] == first
     refused = subprocess.run([console, "serve", "--drives", work + "/drives", "--plain", "--address", "0.0.0.0"], text=True, capture_output=True, env=environment)
     assert refused.returncode == 2 and "--plain" in refused.stderr, refused
+    for words, said in ((["--rigs", work + "/nowhere"], "--rigs .*no such folder"), (["--address", "192.0.2.1"], "no such address"),
+                        (["--port", str(server.port)], "does a console run already"), (["--prot", "1"], "^hueline-console serve: unknown option")):
+        refused = subprocess.run([console, "serve", "--drives", work + "/drives", "--sound", "none", *words], text=True, capture_output=True, env=environment)
+        assert refused.returncode in (2, 4) and re.search(said, refused.stderr), refused
     print("login, drive, kill, replay, TLS: as they should be")
 finally:
     for one in running:

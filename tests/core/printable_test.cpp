@@ -92,6 +92,8 @@ TEST(AsMarkup, WritesOutWhatHtmlAndXmlTakeForMarkup) {
 TEST(PercentEncoded, LeavesWhatAddressesMayHave) {
   EXPECT_EQ(percent_encoded("a b/ä+~.txt", true), "a%20b/%C3%A4%2B~.txt");
   EXPECT_EQ(percent_encoded("a/b=&", false), "a%2Fb%3D%26");
+  EXPECT_EQ(percent_decoded("a%20b/%C3%a4%2B~"), "a b/ä+~");
+  EXPECT_EQ(percent_decoded("%zz%2%%41%"), "%zz%2%A%");
 }
 
 }  // namespace
