@@ -66,7 +66,4 @@ class FrameReader {
   std::size_t begin_ = 0;
 };
 
-/// Returns the text in Base64 (RFC 4648, section 4).
-std::string base64(std::string_view bytes);
-
 }  // namespace hueline::feed

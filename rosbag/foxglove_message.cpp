@@ -16,209 +16,17 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/time.hpp"
+#include "rosbag/foxglove_part.hpp"
 
 namespace hueline::rosbag {
 namespace {
 
 namespace pb = google::protobuf;
-
-/// What a message does not have, or has otherwise.
-struct WrongForm {
-  std::string what;
-};
-
-/// A message, or a part of it, whatever its encoding. A field that is not there has the value 0, as in protobuf.
-/// Throws WrongForm where a field has another form.
-class Part {
- public:
-  virtual ~Part() = default;
-  virtual double number(const std::string& field) const = 0;
-  virtual std::string text(const std::string& field) const = 0;
-  virtual std::string bytes(const std::string& field) const = 0;
-  virtual UnixTime time(const std::string& field) const = 0;
-  virtual std::vector<double> numbers(const std::string& field) const = 0;
-  virtual std::unique_ptr<Part> part(const std::string& field) const = 0;  ///< null: it is not there
-  virtual std::vector<std::unique_ptr<Part>> parts(const std::string& field) const = 0;
-
-  std::uint32_t whole(const std::string& field) const {
-    const double value = number(field);
-    if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max()) throw WrongForm{field};
-    return static_cast<std::uint32_t>(value);
-  }
-};
-
-UnixTime time_of(std::int64_t seconds, std::int64_t nanos) {
-  constexpr std::int64_t kMost = 4'294'967'295, kSecond_ns = 1'000'000'000;  // what a stamp of ROS can hold
-  if (seconds < 0 || seconds > kMost || nanos < 0 || nanos >= kSecond_ns) throw WrongForm{"timestamp"};
-  return UnixTime(nanoseconds(seconds * kSecond_ns + nanos));
-}
-
-class ProtobufPart final : public Part {
- public:
-  explicit ProtobufPart(const pb::Message& message) : message_(&message), of_(message.GetReflection()) {}
-
-  double number(const std::string& name) const override {
-    const pb::FieldDescriptor* field = find(name, false);
-    return field ? value(*field, -1, name) : 0;
-  }
-  std::string text(const std::string& name) const override { return bytes(name); }
-  std::string bytes(const std::string& name) const override {
-    const pb::FieldDescriptor* field = find(name, false);
-    if (!field) return {};
-    if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_STRING) throw WrongForm{name};
-    return of_->GetString(*message_, field);
-  }
-  UnixTime time(const std::string& name) const override {
-    const pb::Message* found = message(name);
-    if (!found) return {};
-    const ProtobufPart stamp(*found);
-    return time_of(stamp.integer("seconds"), stamp.integer("nanos"));
-  }
-  std::vector<double> numbers(const std::string& name) const override {
-    const pb::FieldDescriptor* field = find(name, true);
-    std::vector<double> out;
-    for (int i = 0; field && i < of_->FieldSize(*message_, field); ++i) out.push_back(value(*field, i, name));
-    return out;
-  }
-  std::unique_ptr<Part> part(const std::string& name) const override {
-    const pb::Message* found = message(name);
-    return found ? std::make_unique<ProtobufPart>(*found) : nullptr;
-  }
-  std::vector<std::unique_ptr<Part>> parts(const std::string& name) const override {
-    const pb::FieldDescriptor* field = find(name, true);
-    if (field && field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) throw WrongForm{name};
-    std::vector<std::unique_ptr<Part>> out;
-    for (int i = 0; field && i < of_->FieldSize(*message_, field); ++i)
-      out.push_back(std::make_unique<ProtobufPart>(of_->GetRepeatedMessage(*message_, field, i)));
-    return out;
-  }
-
- private:
-  /// Reading a field as what it is not would end the program.
-  const pb::FieldDescriptor* find(const std::string& name, bool is_repeated) const {
-    const pb::FieldDescriptor* field = message_->GetDescriptor()->FindFieldByName(name);
-    if (field && field->is_repeated() != is_repeated) throw WrongForm{name};
-    return field;
-  }
-  const pb::Message* message(const std::string& name) const {
-    const pb::FieldDescriptor* field = find(name, false);
-    if (!field) return nullptr;
-    if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) throw WrongForm{name};
-    return of_->HasField(*message_, field) ? &of_->GetMessage(*message_, field) : nullptr;
-  }
-  std::int64_t integer(const std::string& name) const {
-    const pb::FieldDescriptor* field = find(name, false);
-    if (!field) return 0;
-    if (field->cpp_type() == pb::FieldDescriptor::CPPTYPE_INT64) return of_->GetInt64(*message_, field);
-    if (field->cpp_type() == pb::FieldDescriptor::CPPTYPE_INT32) return of_->GetInt32(*message_, field);
-    throw WrongForm{name};
-  }
-  /// `at`: of a repeated field; -1: it is none.
-  double value(const pb::FieldDescriptor& field, int at, const std::string& name) const {
-    const bool is_one = at < 0;
-    const pb::Message& m = *message_;
-    switch (field.cpp_type()) {
-      case pb::FieldDescriptor::CPPTYPE_INT32:
-        return is_one ? of_->GetInt32(m, &field) : of_->GetRepeatedInt32(m, &field, at);
-      case pb::FieldDescriptor::CPPTYPE_UINT32:
-        return is_one ? of_->GetUInt32(m, &field) : of_->GetRepeatedUInt32(m, &field, at);
-      case pb::FieldDescriptor::CPPTYPE_DOUBLE:
-        return is_one ? of_->GetDouble(m, &field) : of_->GetRepeatedDouble(m, &field, at);
-      case pb::FieldDescriptor::CPPTYPE_FLOAT:
-        return static_cast<double>(is_one ? of_->GetFloat(m, &field) : of_->GetRepeatedFloat(m, &field, at));
-      case pb::FieldDescriptor::CPPTYPE_ENUM:
-        return is_one ? of_->GetEnumValue(m, &field) : of_->GetRepeatedEnumValue(m, &field, at);
-      default:
-        throw WrongForm{name};
-    }
-  }
-
-  const pb::Message* message_;
-  const pb::Reflection* of_;
-};
-
-std::string from_base64(const std::string& text) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::array<int, 256> values{};
-  values.fill(-1);
-  for (std::size_t i = 0; i < kDigits.size(); ++i) values[static_cast<unsigned char>(kDigits[i])] = static_cast<int>(i);
-  std::string out;
-  out.reserve(text.size() / 4 * 3);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i) {
-    const int value = values[static_cast<unsigned char>(text[i])];
-    if (value < 0) throw WrongForm{"data"};
-    bits = bits << 6U | static_cast<std::uint32_t>(value);
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    out += static_cast<char>(bits >> static_cast<unsigned>(count));
-  }
-  return out;
-}
-
-class JsonPart final : public Part {
- public:
-  explicit JsonPart(const nlohmann::json& json) : json_(&json) {
-    if (!json.is_object()) throw WrongForm{"an object"};
-  }
-
-  double number(const std::string& name) const override {
-    const nlohmann::json* found = find(name);
-    return found ? value(*found, name) : 0;
-  }
-  std::string text(const std::string& name) const override {
-    const nlohmann::json* found = find(name);
-    if (!found) return {};
-    if (!found->is_string()) throw WrongForm{name};
-    return found->get<std::string>();
-  }
-  std::string bytes(const std::string& name) const override { return from_base64(text(name)); }
-  UnixTime time(const std::string& name) const override {
-    const auto stamp = part(name);
-    if (!stamp) return {};
-    return time_of(std::int64_t{stamp->whole("sec")}, std::int64_t{stamp->whole("nsec")});
-  }
-  std::vector<double> numbers(const std::string& name) const override {
-    std::vector<double> out;
-    for (const nlohmann::json& one : array(name)) out.push_back(value(one, name));
-    return out;
-  }
-  std::unique_ptr<Part> part(const std::string& name) const override {
-    const nlohmann::json* found = find(name);
-    return found ? std::make_unique<JsonPart>(*found) : nullptr;
-  }
-  std::vector<std::unique_ptr<Part>> parts(const std::string& name) const override {
-    std::vector<std::unique_ptr<Part>> out;
-    for (const nlohmann::json& one : array(name)) out.push_back(std::make_unique<JsonPart>(one));
-    return out;
-  }
-
- private:
-  const nlohmann::json* find(const std::string& name) const {
-    const auto found = json_->find(name);
-    return found == json_->end() || found->is_null() ? nullptr : &*found;
-  }
-  const nlohmann::json& array(const std::string& name) const {
-    static const nlohmann::json kNone = nlohmann::json::array();
-    const nlohmann::json* found = find(name);
-    if (found && !found->is_array()) throw WrongForm{name};
-    return found ? *found : kNone;
-  }
-  static double value(const nlohmann::json& json, const std::string& name) {
-    if (!json.is_number()) throw WrongForm{name};
-    return json.get<double>();
-  }
-
-  const nlohmann::json* json_;
-};
 
 /// Writes the fields of a message of ROS 1.
 class Ros1Writer {
@@ -240,7 +48,7 @@ class Ros1Writer {
   }
   Ros1Writer& header(UnixTime stamp, std::string_view frame) { return put(std::uint32_t{0}).time(stamp).text(frame); }
   /// Exactly `count` numbers; those of a list that is empty are 0.
-  Ros1Writer& numbers(const Part& from, const std::string& field, std::size_t count) {
+  Ros1Writer& numbers(const FoxglovePart& from, const std::string& field, std::size_t count) {
     auto values = from.numbers(field);
     if (values.empty()) values.resize(count);
     if (values.size() != count) throw WrongForm{field};
@@ -253,11 +61,11 @@ class Ros1Writer {
   std::string bytes_;
 };
 
-Eigen::Vector3d vector_of(const Part* from) {
+Eigen::Vector3d vector_of(const FoxglovePart* from) {
   return from ? Eigen::Vector3d(from->number("x"), from->number("y"), from->number("z")) : Eigen::Vector3d::Zero();
 }
 /// A rotation that is not there, or of zeros, as protobuf reads it then, is none.
-Eigen::Quaterniond rotation_of(const Part* from) {
+Eigen::Quaterniond rotation_of(const FoxglovePart* from) {
   if (!from) return Eigen::Quaterniond::Identity();
   const Eigen::Vector3d v = vector_of(from);
   const double w = from->number("w");
@@ -305,7 +113,7 @@ void place_points(std::string& data, std::size_t stride, const std::vector<Cloud
   }
 }
 
-void turn_cloud(const Part& in, Ros1Writer& out) {
+void turn_cloud(const FoxglovePart& in, Ros1Writer& out) {
   // By PackedElementField's numbers: unknown, uint8, int8, uint16, int16, uint32, int32, float32, float64.
   constexpr std::array<std::uint8_t, 9> kTypes{0, 2, 1, 4, 3, 6, 5, kFloat32, kFloat64};
   std::vector<CloudField> fields;
@@ -332,16 +140,16 @@ void turn_cloud(const Part& in, Ros1Writer& out) {
   out.put(std::uint8_t{0}).put(stride).put(static_cast<std::uint32_t>(data.size())).text(data).put(std::uint8_t{0});
 }
 
-void turn_compressed_image(const Part& in, Ros1Writer& out) {
+void turn_compressed_image(const FoxglovePart& in, Ros1Writer& out) {
   out.time(in.time("timestamp")).text(in.text("frame_id")).text(in.bytes("data")).text(in.text("format"));
 }
 
-void turn_raw_image(const Part& in, Ros1Writer& out) {
+void turn_raw_image(const FoxglovePart& in, Ros1Writer& out) {
   out.time(in.time("timestamp")).text(in.text("frame_id")).put(in.whole("width")).put(in.whole("height"));
   out.text(in.text("encoding")).put(in.whole("step")).text(in.bytes("data"));
 }
 
-void turn_calibration(const Part& in, Ros1Writer& out) {
+void turn_calibration(const FoxglovePart& in, Ros1Writer& out) {
   out.header(in.time("timestamp"), in.text("frame_id")).put(in.whole("height")).put(in.whole("width"));
   const auto distortion = in.numbers("D");
   out.text(in.text("distortion_model")).put(static_cast<std::uint32_t>(distortion.size()));
@@ -351,31 +159,31 @@ void turn_calibration(const Part& in, Ros1Writer& out) {
   out.put(std::uint8_t{0});
 }
 
-void turn_transform(const Part& in, Ros1Writer& out) {
+void turn_transform(const FoxglovePart& in, Ros1Writer& out) {
   out.header(in.time("timestamp"), in.text("parent_frame_id")).text(in.text("child_frame_id"));
   put_place(out, vector_of(in.part("translation").get()), rotation_of(in.part("rotation").get()));
 }
-void turn_one_transform(const Part& in, Ros1Writer& out) { turn_transform(in, out.put(std::uint32_t{1})); }
-void turn_transforms(const Part& in, Ros1Writer& out) {
+void turn_one_transform(const FoxglovePart& in, Ros1Writer& out) { turn_transform(in, out.put(std::uint32_t{1})); }
+void turn_transforms(const FoxglovePart& in, Ros1Writer& out) {
   const auto transforms = in.parts("transforms");
   out.put(static_cast<std::uint32_t>(transforms.size()));
   for (const auto& one : transforms) turn_transform(*one, out);
 }
 
-void turn_pose(const Part& in, Ros1Writer& out) {
+void turn_pose(const FoxglovePart& in, Ros1Writer& out) {
   const auto pose = in.part("pose");
   if (!pose) throw WrongForm{"pose"};
   out.header(in.time("timestamp"), in.text("frame_id"));
   put_place(out, vector_of(pose->part("position").get()), rotation_of(pose->part("orientation").get()));
 }
 
-void turn_fix(const Part& in, Ros1Writer& out) {
+void turn_fix(const FoxglovePart& in, Ros1Writer& out) {
   out.header(in.time("timestamp"), in.text("frame_id")).put(std::int8_t{0}).put(std::uint16_t{0});
   for (const char* field : {"latitude", "longitude", "altitude"}) out.put(in.number(field));
   out.numbers(in, "position_covariance", 9).put(static_cast<std::uint8_t>(in.whole("position_covariance_type")));
 }
 
-using Turn = void (*)(const Part&, Ros1Writer&);
+using Turn = void (*)(const FoxglovePart&, Ros1Writer&);
 struct Schema {
   std::string ros;
   Turn turn;
@@ -421,7 +229,7 @@ class JsonReader final : public Reader {
     return written([&](Ros1Writer& out, Turn turn) {
       const std::string_view text(reinterpret_cast<const char*>(message.data()), message.size());
       const auto json = nlohmann::json::parse(text, nullptr, false);
-      turn(JsonPart(json), out);
+      turn(*part_of(json), out);
     });
   }
 };
@@ -466,7 +274,7 @@ class ProtobufReader final : public Reader {
       if (bytes.size() > std::numeric_limits<int>::max() ||
           !message->ParsePartialFromArray(bytes.data(), static_cast<int>(bytes.size())))
         throw WrongForm{"its bytes are no protobuf"};
-      turn(ProtobufPart(*message), out);
+      turn(*part_of(*message), out);
     });
   }
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/base64.hpp"
 #include "core/json_text.hpp"
 
 namespace hueline::runtime {
@@ -44,14 +45,13 @@ Result<std::unique_ptr<FeedServer>> FeedServer::create(const std::filesystem::pa
 
 std::string FeedServer::describe(std::size_t channel) const {
   const Channel& one = channels_[channel];
-  return feed::frame(
-      feed::Kind::Channel,
-      json_text({{"id", channel},
-                 {"topic", one.topic},
-                 {"encoding", one.encoding},
-                 {"schema_name", one.schema_name},
-                 {"schema_encoding", one.schema_encoding},
-                 {"schema", one.schema_encoding == "protobuf" ? feed::base64(one.schema) : one.schema}}));
+  return feed::frame(feed::Kind::Channel,
+                     json_text({{"id", channel},
+                                {"topic", one.topic},
+                                {"encoding", one.encoding},
+                                {"schema_name", one.schema_name},
+                                {"schema_encoding", one.schema_encoding},
+                                {"schema", one.schema_encoding == "protobuf" ? base64(one.schema) : one.schema}}));
 }
 
 std::size_t FeedServer::add(Channel channel) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base64.hpp"
 #include "core/output_file.hpp"
 #include "score/sheet_text.hpp"
 #include "storage/image_view.hpp"
@@ -12,24 +13,12 @@
 namespace hueline::apps {
 namespace {
 
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      word = word << 8 | (k < left ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
-
 std::string data_uri(const score::Picture& picture) {
   storage::RgbImage image(picture.width, picture.height, {});
   image.pixels = picture.pixels;
   const auto jpeg = storage::encode_jpeg(image, 88);
-  return jpeg.ok() ? "data:image/jpeg;base64," + base64(std::as_bytes(std::span(*jpeg))) : std::string();
+  if (!jpeg.ok()) return {};
+  return "data:image/jpeg;base64," + base64({reinterpret_cast<const char*>(jpeg->data()), jpeg->size()});
 }
 
 }  // namespace

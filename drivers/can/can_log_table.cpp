@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base64.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_log_words.hpp"
 
@@ -49,26 +50,6 @@ bool take_flag(std::string_view word, bool& flag) {
   const std::string plain = plain_name(word);
   flag = plain == "1" || plain == "true";
   return flag || plain == "0" || plain == "false";
-}
-
-/// Reads Base64 (RFC 4648, section 4) as a frame's data.
-bool take_base64(std::string_view text, CanFrame& frame) {
-  while (text.ends_with('=')) text.remove_suffix(1);
-  if (text.size() % 4 == 1 || text.size() * 3 / 4 > kCanDataMost) return false;
-  std::uint32_t bits = 0;
-  int held = 0;
-  frame.length = 0;
-  for (const char c : text) {
-    constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const std::size_t digit = kDigits.find(c);
-    if (digit == std::string_view::npos) return false;
-    bits = bits << 6 | static_cast<std::uint32_t>(digit);
-    held += 6;
-    if (held < 8) continue;
-    held -= 8;
-    frame.data[frame.length++] = static_cast<std::uint8_t>(bits >> held);
-  }
-  return true;
 }
 
 }  // namespace
@@ -128,7 +109,7 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
   const auto values = values_of_row(line);
   CanLogEntry out;
   CanFrame& frame = out.frame;
-  std::string_view time, id, base64;
+  std::string_view time, id, base64_text;
   std::vector<std::string_view> bytes;
   std::size_t length = 0;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -162,7 +143,7 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
         bytes.push_back(value);
         break;
       case Column::Base64:
-        base64 = value;
+        base64_text = value;
         break;
       case Column::Other:
         break;
@@ -183,8 +164,11 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
   frame.is_fd = length > 8;
   if (!bytes.empty()) {
     if (const auto wrong = take_bytes(bytes, length, frame); !wrong.empty()) return bad(line, wrong);
-  } else if (!take_base64(base64, frame) || frame.length != length) {
-    return bad(line, "data that are not the Base64 of as many bytes as it says");
+  } else {
+    const auto data = from_base64(base64_text);
+    if (!data || data->size() != length) return bad(line, "data that are not the Base64 of as many bytes as it says");
+    std::ranges::copy(*data, frame.data.begin());
+    frame.length = static_cast<std::uint8_t>(length);
   }
   return std::optional(out);
 }

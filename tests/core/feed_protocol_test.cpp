@@ -47,14 +47,5 @@ TEST(FeedProtocol, RefusesAFrameThatClaimsTooMuch) {
   EXPECT_EQ(reader.next().error().code, ErrorCode::Malformed);
 }
 
-TEST(FeedProtocol, HasTheBase64OfTheStandard) {
-  // RFC 4648, section 10
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-}
-
 }  // namespace
 }  // namespace hueline::feed

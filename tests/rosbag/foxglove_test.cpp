@@ -1,4 +1,5 @@
 // Messages in Foxglove's schemas, written by protobuf's generated code, and read as messages of ROS.
+#include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
@@ -212,6 +213,45 @@ TEST(Foxglove, SaysWhatItDoesNotRead) {
         if (field.name() == "frame_id") field.set_type(google::protobuf::FieldDescriptorProto::TYPE_INT32);
   schema.data = files.SerializeAsString();
   EXPECT_EQ(turned(schema, "protobuf", bytes).type, "it does not have the form of its schema (frame_id)");
+}
+
+/// A message that is damaged is turned or told, whatever it claims, and so is one whose schema is damaged.
+TEST(Foxglove, DamagedBytesEndNothing) {
+  const auto take = [](const storage::McapSchema& schema, const std::string& encoding, const std::string& bytes) {
+    const Turned out = turned(schema, encoding, bytes);
+    if (out.type == "sensor_msgs/PointCloud2") {
+      if (const auto cloud = drivers::take_cloud(out.type, out.in()); cloud.ok()) {
+        EXPECT_LE(cloud->size(), bytes.size());
+      }
+    } else {
+      EXPECT_THAT(out.type, testing::AnyOf(testing::HasSubstr("the form of its schema"),
+                                           testing::HasSubstr("has no schema of its messages")));
+    }
+  };
+  const auto damage = [](const std::string& whole, const auto& use) {
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      use(whole.substr(0, at));
+      for (const unsigned flip : {0x01u, 0x08u, 0x80u, 0xFFu}) {
+        std::string changed = whole;
+        changed[at] = static_cast<char>(static_cast<unsigned char>(changed[at]) ^ flip);
+        use(changed);
+      }
+    }
+  };
+  const auto cloud = cloud_of_two_points();
+  const storage::McapSchema schema = schema_of(cloud);
+  const std::string bytes = cloud.SerializeAsString();
+  damage(bytes, [&](const std::string& changed) { take(schema, "protobuf", changed); });
+  damage(schema.data, [&](const std::string& changed) {
+    storage::McapSchema other = schema;
+    other.data = changed;
+    take(other, "protobuf", bytes);
+  });
+  const std::string json = R"({"timestamp":{"sec":1700000000,"nsec":5},"frame_id":"laser","point_stride":4,)"
+                           R"("fields":[{"name":"x","offset":0,"type":7}],"data":"AACAPw=="})";
+  damage(json, [&](const std::string& changed) {
+    take({1, "foxglove.PointCloud", "jsonschema", ""}, "json", changed);
+  });
 }
 
 TEST(Foxglove, ChannelsOfMcapAreTopics) {
