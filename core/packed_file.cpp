@@ -15,7 +15,7 @@ std::string how_to_unpack(std::string_view first_bytes) {
     return "is a recording of Livox Viewer (.lvx, .lvx2)" + std::string(kInstead);
   if (first_bytes.size() > 8 && first_bytes.substr(8).starts_with("OSF$"))
     return "is a recording of Ouster's SDK (.osf)" + std::string(kInstead);
-  constexpr std::array programs{std::pair("\x1f\x8b"sv, "gunzip"sv), std::pair("\x28\xb5\x2f\xfd"sv, "zstd -d"sv),
+  constexpr std::array programs{std::pair("\x1f\x8b"sv, "gunzip"sv), std::pair(kZstdMagic, "zstd -d"sv),
                                 std::pair("\xfd\x37\x7a\x58"sv, "xz -d"sv), std::pair("BZh"sv, "bunzip2"sv),
                                 std::pair("PK\x03\x04"sv, "unzip"sv)};
   for (const auto& [magic, program] : programs)

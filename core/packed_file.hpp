@@ -5,6 +5,9 @@
 
 namespace hueline {
 
+/// The first bytes of what Zstandard has packed.
+constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
+
 /// Says of a file that stands for another one how to get at that one, for the message of a reader that does not know
 /// the file: "is compressed as a whole: unpack it with gunzip". It knows gzip, zstd, xz, bzip2, ZIP, the pointers that
 /// git leaves in place of large files, and recordings in the scanner makers' own formats (.lvx, .lvx2, .osf). Returns

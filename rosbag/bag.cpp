@@ -8,6 +8,7 @@
 
 #include "core/input_file.hpp"
 #include "core/input_folder.hpp"
+#include "core/packed_file.hpp"
 #include "rosbag/packed_file.hpp"
 #include "storage/mcap_format.hpp"
 
@@ -17,8 +18,8 @@ namespace {
 enum class Kind : std::uint8_t { None, Mcap, Sqlite, Ros1, Compressed };
 
 // ROS 1 called its recordings otherwise before version 1.3.
-constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16},
-    kRos1Magic = "#ROSBAG V", kOldRos1Magic = "#ROSRECORD V", kZstdMagic = "\x28\xB5\x2F\xFD";
+constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16}, kRos1Magic = "#ROSBAG V",
+                                                                  kOldRos1Magic = "#ROSRECORD V";
 
 Kind kind_of(std::string_view first, const std::filesystem::path& path) {
   const auto mcap =

@@ -2,17 +2,18 @@
 
 #include <zstd.h>
 
-#include <cstring>
 #include <limits>
+#include <string_view>
 #include <utility>
 
+#include "core/packed_file.hpp"
 #include "storage/compression.hpp"
 
 namespace hueline::rosbag {
 
 bool is_packed(std::span<const std::byte> message) {
-  constexpr unsigned char kPackedMagic[4] = {0x28, 0xB5, 0x2F, 0xFD};  // of Zstandard; a CDR message begins with 0
-  return message.size() > 4 && std::memcmp(message.data(), kPackedMagic, 4) == 0;
+  const std::string_view bytes(reinterpret_cast<const char*>(message.data()), message.size());
+  return bytes.size() > kZstdMagic.size() && bytes.starts_with(kZstdMagic);  // a CDR message begins with 0
 }
 
 Result<Buffer> unpacked(std::span<const std::byte> packed) {
