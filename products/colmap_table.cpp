@@ -19,11 +19,11 @@ class ColmapTable : public ImageTable {
     for (const PictureLens& lens : lenses) focal_px_.push_back(lens.intrinsics.focal_px.mean());
   }
 
-  void add(const TakenPicture& picture) override { pictures_.push_back(picture); }
+  void add(const TakenPicture&) override {}  // what a picture shows is known in the end
 
-  Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) override {
-    for (std::size_t i = 0; i < pictures_.size(); ++i) add_image(i, seen[i]);
-    add_points(points, seen);
+  Status close(const ShownPoints& shown) override {
+    for (std::size_t i = 0; i < shown.pictures.size(); ++i) add_image(i + 1, shown.pictures[i], shown.seen[i]);
+    add_points(shown);
     const Status images = images_.close(), ended = points_.close();
     return images ? ended : images;
   }
@@ -34,12 +34,11 @@ class ColmapTable : public ImageTable {
     std::uint32_t picture, index;
   };
 
-  void add_image(std::size_t number, const std::vector<Observation>& seen) {
-    const TakenPicture& picture = pictures_[number];
+  void add_image(std::size_t number, const TakenPicture& picture, const std::vector<Observation>& seen) {
     const Transform<Lens, Enu> T = picture.T_enu_lens.inverse();
     const Eigen::Quaterniond& q = T.rotation;
     const Eigen::Vector3d& t = T.translation;
-    images_.add(fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.6f} {:.6f} {:.6f} {} {}\n", number + 1, q.w(), q.x(),
+    images_.add(fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.6f} {:.6f} {:.6f} {} {}\n", number, q.w(), q.x(),
                             q.y(), q.z(), t.x(), t.y(), t.z(), picture.lens + 1,
                             picture.file.substr(std::string_view("images/").size())));
     const char* between = "";
@@ -50,7 +49,8 @@ class ColmapTable : public ImageTable {
     images_.add("\n");
   }
 
-  void add_points(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) {
+  void add_points(const ShownPoints& shown) {
+    const auto& [pictures, points, seen] = shown;
     // The observations in the order of the points: those of a point end where those of the next one begin.
     std::vector<std::size_t> ends(points.size() + 1, 0);
     for (const auto& picture : seen)
@@ -68,7 +68,7 @@ class ColmapTable : public ImageTable {
       begin = ends[i];
       double shift_px = 0;
       for (const Place& at : track) {
-        const TakenPicture& picture = pictures_[at.picture];
+        const TakenPicture& picture = pictures[at.picture];
         const double distance = (Eigen::Vector3d(p.east, p.north, p.up) - picture.T_enu_lens.translation).norm();
         shift_px += focal_px_[picture.lens] * p.sigma_m / distance;
       }
@@ -81,7 +81,6 @@ class ColmapTable : public ImageTable {
 
   TextFile images_, points_;
   std::vector<double> focal_px_;  // of each lens
-  std::vector<TakenPicture> pictures_;
 };
 
 }  // namespace

@@ -232,7 +232,7 @@ Status ImageExport::finish() {
   const std::vector<ColouredPoint> points = sample_.points();
   const std::vector<std::vector<Observation>> seen = seen_points_.find(points, taken_, pictures_, pool_);
   for (const auto& table : tables_) {
-    const Status closed = table->close(points, seen);
+    const Status closed = table->close({taken_, points, seen});
     if (status_) status_ = closed;
   }
   return status_;

@@ -51,14 +51,20 @@ struct PictureSet {
   double epoch = 0;                 ///< of the drive, decimal year
 };
 
+/// What a set shows in the end.
+struct ShownPoints {
+  std::span<const TakenPicture> pictures;          ///< all of them, in the order in which they were added
+  std::span<const ColouredPoint> points;           ///< a sample of the cloud, in the local level of the drive
+  std::span<const std::vector<Observation>> seen;  ///< of each picture, in the order of the points
+};
+
 /// Receives the pictures of a set in the order in which they are written, then the points. Thread safety: none.
 class ImageTable {
  public:
   virtual ~ImageTable() = default;
   virtual void add(const TakenPicture& picture) = 0;
-  /// Ends the table; `points` are a sample of the cloud, in the local level of the drive. `seen` are those that each
-  /// picture shows, in the order in which the pictures were added and of the points. Errors: Io.
-  virtual Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>> seen) = 0;
+  /// Ends the table. Errors: Io.
+  virtual Status close(const ShownPoints& shown) = 0;
 };
 
 /// COLMAP's text model (colmap.github.io/format.html): cameras.txt, images.txt and points3D.txt in `folder`/sparse/0,

@@ -41,9 +41,9 @@ class NerfstudioTable : public ImageTable {
     file_.add("[0,0,0,1]]}");
   }
 
-  Status close(std::span<const ColouredPoint> points, std::span<const std::vector<Observation>>) override {
+  Status close(const ShownPoints& shown) override {
     file_.add("\n]}\n");
-    const Status closed = file_.close(), written = write_points(points);
+    const Status closed = file_.close(), written = write_points(shown.points);
     return closed ? written : closed;
   }
 

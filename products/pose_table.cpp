@@ -44,9 +44,7 @@ class PoseTable : public ImageTable {
         picture.sigma_attitude.x() / kRadPerDeg, picture.sigma_attitude.y() / kRadPerDeg,
         picture.sigma_attitude.z() / kRadPerDeg, to_seconds(picture.sigma_time)));
   }
-  Status close(std::span<const ColouredPoint>, std::span<const std::vector<Observation>>) override {
-    return file_.close();
-  }
+  Status close(const ShownPoints&) override { return file_.close(); }
 
  private:
   /// Returns the rotation that comes nearest to what the map does to directions at a place: convergence of the

@@ -53,13 +53,24 @@ Status record(const sim::Scenario& scenario, const sim::Drive& drive, const std:
   return !made.ok() ? made : !written.ok() ? written : closed;
 }
 
+/// The world of a scenario, and its level in ECEF.
+struct Truth {
+  explicit Truth(const sim::Scenario& scenario)
+      : motion(scenario),
+        world(scenario, motion),
+        rig(sim::rig_truth(scenario)),
+        origin(sim::ecef_from_geodetic(sim::scene_origin(scenario))),
+        R_ecef_enu(sim::R_ecef_enu(sim::scene_origin(scenario))) {}
+  sim::Motion motion;
+  sim::World world;
+  sim::RigTruth rig;
+  sim::Vec3 origin;
+  sim::Mat3 R_ecef_enu;
+};
+
 void write_sights(const sim::Scenario& scenario, const sim::TruthReader& truth, const std::string& path) {
-  const sim::Motion motion(scenario);
-  const sim::World world(scenario, motion);
-  const sim::RigTruth rig = sim::rig_truth(scenario);
-  const sim::GeodeticPlace scene = sim::scene_origin(scenario);
-  const sim::Vec3 origin = sim::ecef_from_geodetic(scene);
-  const sim::Mat3 R = sim::R_ecef_enu(scene);
+  const Truth truth_of(scenario);
+  const auto& [motion, world, rig, origin, R] = truth_of;
   std::ofstream out(path);
   out << "gps_s,lens,u,v,x,y,z\n";
   for (const auto& exposure : truth.header().exposures) {
@@ -84,12 +95,8 @@ void write_sights(const sim::Scenario& scenario, const sim::TruthReader& truth, 
 }
 
 void answer(const sim::Scenario& scenario, const std::string& places, const std::string& path) {
-  const sim::Motion motion(scenario);
-  const sim::World world(scenario, motion);
-  const sim::RigTruth rig = sim::rig_truth(scenario);
-  const sim::GeodeticPlace scene = sim::scene_origin(scenario);
-  const sim::Vec3 origin = sim::ecef_from_geodetic(scene);
-  const sim::Mat3 R = sim::R_ecef_enu(scene);
+  const Truth truth_of(scenario);
+  const auto& [motion, world, rig, origin, R] = truth_of;
   std::ifstream in(places);
   std::ofstream out(path);
   out << "distance_m,seen_m,u,v\n";
