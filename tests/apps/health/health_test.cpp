@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -207,6 +208,23 @@ TEST_F(Health, ThePpsIsInvertedFromTheBeginning) {
 TEST_F(Health, ThePpsIsInvertedWhileDriving) {
   drive({line(sim::FaultType::PpsInverted, kMistake, 60)});
   expect("pps", Trouble::Holdover, HealthLevel::Warning, kMistake, "none at its second");
+}
+
+TEST_F(Health, MessagesThatAreAlwaysLateByNearlyASecondBelongToLatePulses) {
+  drive({}, [&](Packet& packet, double at_s) {
+    if (packet.sensor == id("pos") && at_s > kMistake) packet.received += std::chrono::milliseconds(980);
+    return true;
+  });
+  expect("pps", Trouble::LatePulses, HealthLevel::Alarm, kMistake, "the pulses are");
+}
+
+TEST_F(Health, MessagesThatABusyComputerGetsLateDoNotBelongToLatePulses) {
+  drive({}, [&](Packet& packet, double at_s) {
+    if (packet.sensor == id("pos") && at_s > kMistake)
+      packet.received += std::chrono::milliseconds(std::lround(1000 + 200 * std::sin(2 * at_s)));
+    return true;
+  });
+  EXPECT_EQ(find("pps", Trouble::LatePulses), nullptr) << told();
 }
 
 TEST_F(Health, ThePosOnlyAligns) {
