@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 
 /// Sines and cosines of the azimuths that scanners of several makers send, in 0.01 degrees.
 namespace hueline::drivers {
 
-constexpr int kAzimuthsOfCircle = 36000;  ///< in 0.01 degrees
+constexpr int kAzimuthsOfCircle = 36000;                                                      ///< in 0.01 degrees
+constexpr float kAzimuthStep = static_cast<float>(2 * std::numbers::pi / kAzimuthsOfCircle);  ///< rad
 
 struct AzimuthDirection {
   float sine, cosine;

@@ -58,8 +58,14 @@ HWY_INLINE Floats in_circle(Floats angle) {
 
 #if HWY_TARGET == HWY_SCALAR
 
+template <bool kIsBigEndian = false>
 HWY_INLINE Words load_triples(const std::byte* firings) {
-  return hn::LoadU(WordTag(), reinterpret_cast<const std::uint32_t*>(firings));
+  const auto words = hn::LoadU(WordTag(), reinterpret_cast<const std::uint32_t*>(firings));
+  if (!kIsBigEndian) return words;
+  const auto byte = [](std::uint32_t mask) { return hn::Set(WordTag(), mask); };
+  const auto first = hn::ShiftLeft<8>(hn::And(words, byte(0xFF))),
+             second = hn::And(hn::ShiftRight<8>(words), byte(0xFF));
+  return hn::Or(hn::Or(first, second), hn::And(words, byte(0xFFFF0000U)));
 }
 
 HWY_INLINE LaserReturn* write_returns(Chosen is_kept, Words x, Words y, Words z, Words range, Words azimuth, Words time,
@@ -73,11 +79,13 @@ HWY_INLINE LaserReturn* write_returns(Chosen is_kept, Words x, Words y, Words z,
 #else
 
 /// Reads kLanes firings of three bytes each into the lower bytes of words; the upper byte of each is the next firing's.
-/// Reads up to four bytes beyond the last firing.
+/// The first two bytes of a firing are a number, big endian or little. Reads up to four bytes beyond the last firing.
+template <bool kIsBigEndian = false>
 HWY_INLINE Words load_triples(const std::byte* firings) {
   const hn::FixedTag<std::uint8_t, 16> block;
-  alignas(16) constexpr std::uint8_t kBytes[16] = {0, 1, 2, 3, 3, 4, 5, 6, 6, 7, 8, 9, 9, 10, 11, 12};
-  const auto places = hn::Load(block, kBytes);
+  alignas(16) constexpr std::uint8_t kLittle[16] = {0, 1, 2, 3, 3, 4, 5, 6, 6, 7, 8, 9, 9, 10, 11, 12};
+  alignas(16) constexpr std::uint8_t kBig[16] = {1, 0, 2, 3, 4, 3, 5, 6, 7, 6, 8, 9, 10, 9, 11, 12};
+  const auto places = hn::Load(block, kIsBigEndian ? kBig : kLittle);
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(firings);
   const auto four = [&](std::size_t i) { return hn::TableLookupBytes(hn::LoadU(block, bytes + 12 * i), places); };
 #if HWY_ARCH_X86 && HWY_MAX_BYTES >= 32

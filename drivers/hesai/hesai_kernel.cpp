@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -148,9 +147,6 @@ namespace hueline::drivers {
 HWY_EXPORT(decode_groups);
 namespace {
 
-constexpr int kCircle = kAzimuthsOfCircle;
-constexpr float kRadPerCount = static_cast<float>(2 * std::numbers::pi / kCircle);
-
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8U; }
 
 }  // namespace
@@ -208,7 +204,7 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
   for (int b = 0; b < table_.blocks; b += packet.returns) {
     const std::byte* first = bytes.data() + table_.head + table_.block_bytes() * static_cast<std::size_t>(b);
     const auto azimuth = static_cast<int>(u16(first + table_.flag));
-    bool is_good = azimuth < kCircle;
+    bool is_good = azimuth < kAzimuthsOfCircle;
     for (int i = 0; i < packet.returns; ++i) {
       const std::byte* block = first + table_.block_bytes() * static_cast<std::size_t>(i);
       is_good &= std::memcmp(block, first, table_.flag + 2) == 0;
@@ -224,7 +220,7 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
     for (int i = 0; i < packet.returns; ++i)
       group.units[static_cast<std::size_t>(i)] =
           first + table_.block_bytes() * static_cast<std::size_t>(i) + table_.flag + 2;
-    group.azimuth = static_cast<float>(azimuth) * kRadPerCount;
+    group.azimuth = static_cast<float>(azimuth) * kAzimuthStep;
     group.direction = directions[static_cast<std::size_t>(azimuth)];
     group.time_ns = block_ns(b, packet.returns) - first_ns;
     group.is_second = is_second;

@@ -10,9 +10,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
-#include <numbers>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
 #include "drivers/livox/livox_kernel.hpp"
@@ -22,126 +22,164 @@
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
 
-constexpr std::size_t kTogether = 16;  ///< firings
+/// So many firings are read before they are placed, because numbers that were just written can be loaded one by one
+/// only.
+constexpr std::size_t kTogether = 128;
 
-/// One return of each of kTogether firings: first what the packet says, then what becomes of it.
-struct LivoxEchoes {
-  alignas(64) double said[3][kTogether];  ///< x, y, z or range, zenith, azimuth
-  alignas(64) float x[kTogether], y[kTogether], z[kTogether], range[kTogether], azimuth[kTogether];
-  alignas(64) std::uint32_t reflectivity[kTogether];
+/// One return of each of kTogether firings as the packet says it: LivoxReturn::said, then reflectivity in the lowest
+/// byte. Behind them are some without range, up to the next multiple of kLanes.
+struct LivoxSaid {
+  alignas(64) std::int32_t words[kTogether][4];
 };
 
-HWY_INLINE void read_echoes(const LivoxPacket& packet, std::size_t first, std::size_t count, std::size_t which,
-                            LivoxEchoes& echoes) {
-  for (std::size_t k = 0; k < count; ++k) {
-    const LivoxReturn one = read_livox_return(packet, first + k, which);
-    for (std::size_t i = 0; i < 3; ++i) echoes.said[i][k] = one.said[i];
-    echoes.reflectivity[k] = one.reflectivity;
-  }
-  for (std::size_t k = count; k < kTogether; ++k)
-    for (std::size_t i = 0; i < 3; ++i) echoes.said[i][k] = 0;
-}
+/// One return of each of kLanes firings. One that is none has a range of 0.
+struct LivoxEcho {
+  Floats x, y, z, range, azimuth;
+  Words reflectivity;
+};
 
-HWY_INLINE void place_echoes(bool is_spherical, LivoxEchoes& echoes) {
-  const DoubleTag d;
-  for (std::size_t k = 0; k < kTogether; k += kDoubles) {
-    auto x = hn::Load(d, echoes.said[0] + k), y = hn::Load(d, echoes.said[1] + k), z = hn::Load(d, echoes.said[2] + k);
-    if (is_spherical) {
-      const auto range = x;
-      auto sin_zenith = y, cos_zenith = y, sin_azimuth = y, cos_azimuth = y;
-      sine_cosine(y, sin_zenith, cos_zenith);
-      sine_cosine(z, sin_azimuth, cos_azimuth);
-      x = hn::Mul(hn::Mul(range, sin_zenith), cos_azimuth);
-      y = hn::Mul(hn::Mul(range, sin_zenith), sin_azimuth);
-      z = hn::Mul(range, cos_zenith);
+HWY_INLINE void read_firings(const LivoxPacket& packet, std::size_t first, std::size_t count, std::size_t which,
+                             LivoxSaid& out) {
+  const LivoxForm& form = *packet.form;
+  if (form.is_spherical || form.is_short) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const LivoxReturn one = read_livox_return(form, packet.data.data() + (first + k) * form.point_bytes, which);
+      for (std::size_t i = 0; i < 3; ++i) out.words[k][i] = one.said[i];
+      out.words[k][3] = one.reflectivity;
     }
-    const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    const auto azimuth = arc_tangent(y, x);
-    const auto behind = hn::Add(azimuth, double_of(2 * std::numbers::pi));
-    store_floats(hn::Neg(y), echoes.x + k);
-    store_floats(x, echoes.y + k);
-    store_floats(z, echoes.z + k);
-    store_floats(hn::Sqrt(square), echoes.range + k);
-    store_floats(hn::IfThenElse(hn::Lt(azimuth, hn::Zero(d)), behind, azimuth), echoes.azimuth + k);
+  } else {
+    // The words stand in the packet as they are wanted. Behind the last firing there may be no more than its own bytes.
+    const std::byte* firing = packet.data.data() + first * form.point_bytes + which * 14;
+    for (std::size_t k = 0; k + 1 < count; ++k, firing += form.point_bytes)
+      std::memcpy(out.words[k], firing, sizeof out.words[k]);
+    std::memcpy(out.words[count - 1], firing, 13);
   }
+  for (std::size_t k = count; k % kLanes != 0; ++k) std::memset(out.words[k], 0, sizeof out.words[k]);
 }
 
-HWY_INLINE LaserReturn* write_single(const LivoxEchoes& echoes, const std::int32_t* time_ns, float nearest_m,
-                                     float farthest_m, LaserReturn* out) {
+/// Places the returns of kLanes firings from `at` on.
+HWY_INLINE LivoxEcho place_firings(const LivoxForm& form, const AzimuthDirection* directions, const LivoxSaid& said,
+                                   std::size_t at) {
+  const FloatTag d;
+  const IntTag whole;
+  auto first = hn::Zero(whole), second = first, third = first, fourth = first;
+  hn::LoadInterleaved4(whole, said.words[at], first, second, third, fourth);
+  const auto reflectivity = hn::And(hn::BitCast(WordTag(), fourth), hn::Set(WordTag(), 0xFFU));
+  if (!form.is_spherical) {
+    const auto unit_m = hn::Set(d, form.is_short ? 0.01f : 0.001f);
+    const auto metres = [&](auto number) { return hn::Mul(hn::ConvertTo(d, number), unit_m); };
+    const auto x = metres(first), y = metres(second), z = metres(third);
+    const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    return {hn::Neg(y), x, z, hn::Sqrt(square), azimuth_of(y, x), reflectivity};
+  }
+  // Numbers of 16 bits, and a zenith of more than half a turn, which is one on the other side.
+  const auto turn = hn::Set(whole, kAzimuthsOfCircle), half = hn::Set(whole, kAzimuthsOfCircle / 2);
+  const auto last = hn::Set(whole, kAzimuthsOfCircle - 1);
+  const auto within = [&](auto angle) { return hn::Sub(angle, hn::IfThenElseZero(hn::Gt(angle, last), turn)); };
+  auto zenith = within(second), azimuth = within(third);
+  const auto is_behind = hn::Gt(zenith, half);
+  zenith = hn::IfThenElse(is_behind, hn::Sub(turn, zenith), zenith);
+  azimuth = within(hn::Add(azimuth, hn::IfThenElseZero(is_behind, half)));
+  auto sin_zenith = hn::Zero(d), cos_zenith = sin_zenith, sin_azimuth = sin_zenith, cos_azimuth = sin_zenith;
+  look_up_directions(directions, zenith, sin_zenith, cos_zenith);
+  look_up_directions(directions, azimuth, sin_azimuth, cos_azimuth);
+  const auto range = hn::Mul(hn::ConvertTo(d, first), hn::Set(d, 0.001f));
+  const auto across = hn::Mul(range, sin_zenith);
+  return {hn::Neg(hn::Mul(across, sin_azimuth)),
+          hn::Mul(across, cos_azimuth),
+          hn::Mul(range, cos_zenith),
+          range,
+          hn::Mul(hn::ConvertTo(d, azimuth), hn::Set(d, kAzimuthStep)),
+          reflectivity};
+}
+
+/// Writes the returns of kLanes firings that may have `kReturns`, counted by range. Equal ones are one.
+template <std::size_t kReturns>
+HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], Ints time_ns, float nearest_m, float farthest_m,
+                                     LaserReturn* out) {
   const FloatTag d;
   const WordTag bits;
-  for (std::size_t k = 0; k < kTogether; k += kLanes) {
-    const auto word = [&](const auto* quantity) {
-      return hn::Load(bits, reinterpret_cast<const std::uint32_t*>(quantity) + k);
+  const auto zero = hn::Zero(d);
+  const auto is_kept = [&](const LivoxEcho& echo) {
+    const auto is_within =
+        hn::And(hn::Ge(echo.range, hn::Set(d, nearest_m)), hn::Le(echo.range, hn::Set(d, farthest_m)));
+    return hn::RebindMask(bits, hn::And(is_within, hn::Gt(echo.range, zero)));
+  };
+  /// Gives `use` the quantities of one return of each firing.
+  const auto make = [&](const LivoxEcho& echo, std::uint32_t number, const auto& use) {
+    const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+    return use(is_kept(echo), word(echo.x), word(echo.y), word(echo.z), word(echo.range), word(echo.azimuth),
+               word(time_ns), hn::Or(hn::ShiftLeft<16>(echo.reflectivity), hn::Set(bits, tags_of(0, 0, number))));
+  };
+  if constexpr (kReturns == 1) {
+    return make(echoes[0], 1, [&](auto... quantities) { return write_returns(quantities..., hn::Set(bits, 1U), out); });
+  } else {
+    auto count = hn::Zero(bits);
+    for (std::size_t i = 0; i < kReturns; ++i) {
+      LivoxEcho& one = echoes[i];
+      for (std::size_t other = 0; other < i; ++other) {
+        const LivoxEcho& before = echoes[other];
+        const auto is_same =
+            hn::And(hn::And(hn::Eq(one.x, before.x), hn::Eq(one.y, before.y)), hn::Eq(one.z, before.z));
+        one.range = hn::IfThenZeroElse(is_same, one.range);
+      }
+      count = hn::Add(count, hn::IfThenElseZero(hn::RebindMask(bits, hn::Gt(one.range, zero)), hn::Set(bits, 1U)));
+    }
+    // Those that are none become the farthest.
+    const auto sort = [&](LivoxEcho& near, LivoxEcho& far) {
+      const auto is_none = [&](const LivoxEcho& echo) { return hn::Not(hn::Gt(echo.range, zero)); };
+      const auto is_wrong = hn::AndNot(is_none(far), hn::Or(is_none(near), hn::Gt(near.range, far.range)));
+      const auto exchange = [&](auto& a, auto& b) {
+        const auto mask = hn::RebindMask(hn::DFromV<std::remove_reference_t<decltype(a)>>(), is_wrong);
+        const auto first = hn::IfThenElse(mask, b, a);
+        b = hn::IfThenElse(mask, a, b);
+        a = first;
+      };
+      exchange(near.x, far.x), exchange(near.y, far.y), exchange(near.z, far.z), exchange(near.range, far.range);
+      exchange(near.azimuth, far.azimuth), exchange(near.reflectivity, far.reflectivity);
     };
-    const auto range = hn::Load(d, echoes.range + k);
-    const auto is_within = hn::And(hn::Ge(range, hn::Set(d, nearest_m)), hn::Le(range, hn::Set(d, farthest_m)));
-    const auto is_kept = hn::RebindMask(bits, hn::And(is_within, hn::Gt(range, hn::Zero(d))));
-    const auto tags = hn::Or(hn::ShiftLeft<16>(word(echoes.reflectivity)), hn::Set(bits, tags_of(0, 0, 1)));
-    out = write_returns(is_kept, word(echoes.x), word(echoes.y), word(echoes.z), word(echoes.range),
-                        word(echoes.azimuth), word(time_ns), tags, hn::Set(bits, 1U), out);
+    sort(echoes[0], echoes[1]);
+    if constexpr (kReturns == 3) sort(echoes[1], echoes[2]), sort(echoes[0], echoes[1]);
+    Lanes lanes[kReturns];
+    for (std::size_t i = 0; i < kReturns; ++i)
+      make(echoes[i], static_cast<std::uint32_t>(i + 1),
+           [&](auto... quantities) { lanes[i].store(quantities..., count); });
+    return write_in_turn(lanes, out);
   }
-  return out;
 }
 
-/// Writes the returns of firings that may have several, counted by range. Equal ones are one.
-HWY_INLINE LaserReturn* write_several(const std::array<LivoxEchoes, 3>& echoes, std::size_t most, std::size_t count,
-                                      const std::int32_t* time_ns, float nearest_m, float farthest_m,
-                                      LaserReturn* out) {
-  for (std::size_t k = 0; k < count; ++k) {
-    std::array<std::size_t, 3> found{};
-    std::size_t number = 0;
-    for (std::size_t which = 0; which < most; ++which) {
-      const LivoxEchoes& made = echoes[which];
-      bool is_new = made.range[k] != 0;
-      for (std::size_t i = 0; i < number; ++i) {
-        const LivoxEchoes& other = echoes[found[i]];
-        is_new &= other.x[k] != made.x[k] || other.y[k] != made.y[k] || other.z[k] != made.z[k];
-      }
-      if (!is_new) continue;
-      std::size_t place = number++;
-      for (; place > 0 && echoes[found[place - 1]].range[k] > made.range[k]; --place) found[place] = found[place - 1];
-      found[place] = which;
+template <std::size_t kReturns>
+HWY_INLINE LaserReturn* decode_points(const LivoxPacket& packet, const AzimuthDirection* directions, double interval_ns,
+                                      float nearest_m, float farthest_m, LaserReturn* out) {
+  const DoubleTag d;
+  LivoxSaid said[kReturns];
+  alignas(64) std::int32_t time_ns[kTogether];
+  for (std::size_t first = 0; first < packet.points; first += kTogether) {
+    const std::size_t count = std::min(kTogether, packet.points - first);
+    for (std::size_t k = 0; k < count; k += kDoubles) {
+      const auto number = hn::Iota(d, static_cast<double>(first + k));
+      store_integers(rounded(hn::Mul(double_of(interval_ns), number)), time_ns + k);
     }
-    for (std::size_t i = 0; i < number; ++i) {
-      const LivoxEchoes& made = echoes[found[i]];
-      out->x = made.x[k];
-      out->y = made.y[k];
-      out->z = made.z[k];
-      out->range_m = made.range[k];
-      out->azimuth = made.azimuth[k];
-      out->time_offset_ns = time_ns[k];
-      out->channel = 0;
-      out->reflectivity = static_cast<std::uint8_t>(made.reflectivity[k]);
-      out->return_number = static_cast<std::uint8_t>(i + 1);
-      out->return_count = static_cast<std::uint8_t>(number);
-      out += made.range[k] >= nearest_m && made.range[k] <= farthest_m ? 1 : 0;
+    for (std::size_t which = 0; which < kReturns; ++which) read_firings(packet, first, count, which, said[which]);
+    for (std::size_t k = 0; k < count; k += kLanes) {
+      LivoxEcho echoes[kReturns];
+      for (std::size_t which = 0; which < kReturns; ++which)
+        echoes[which] = place_firings(*packet.form, directions, said[which], k);
+      out = write_echoes(echoes, hn::Load(IntTag(), time_ns + k), nearest_m, farthest_m, out);
     }
   }
   return out;
 }
 
 /// Replaces `returns` by those of the packet. `scratch` has room for one more.
-void decode_livox_points(const LivoxPacket& packet, double interval_ns, float nearest_m, float farthest_m,
-                         LaserReturn* scratch, std::vector<LaserReturn>& returns) {
-  const DoubleTag d;
-  LaserReturn* out = scratch;
-  std::array<LivoxEchoes, 3> echoes;
-  alignas(64) std::int32_t time_ns[kTogether];
-  for (std::size_t first = 0; first < packet.points; first += kTogether) {
-    const std::size_t count = std::min(kTogether, packet.points - first);
-    for (std::size_t k = 0; k < kTogether; k += kDoubles) {
-      const auto number = hn::Iota(d, static_cast<double>(first + k));
-      store_integers(rounded(hn::Mul(double_of(interval_ns), number)), time_ns + k);
-    }
-    for (std::size_t which = 0; which < packet.form->returns; ++which) {
-      read_echoes(packet, first, count, which, echoes[which]);
-      place_echoes(packet.form->is_spherical, echoes[which]);
-    }
-    out = packet.form->returns == 1
-              ? write_single(echoes[0], time_ns, nearest_m, farthest_m, out)
-              : write_several(echoes, packet.form->returns, count, time_ns, nearest_m, farthest_m, out);
-  }
+void decode_livox_points(const LivoxPacket& packet, const AzimuthDirection* directions, double interval_ns,
+                         float nearest_m, float farthest_m, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
+  const auto decode = [&](auto count) {
+    return decode_points<count.value>(packet, directions, interval_ns, nearest_m, farthest_m, scratch);
+  };
+  LaserReturn* out = packet.form->returns == 1   ? decode(std::integral_constant<std::size_t, 1>())
+                     : packet.form->returns == 2 ? decode(std::integral_constant<std::size_t, 2>())
+                                                 : decode(std::integral_constant<std::size_t, 3>());
   returns.assign(scratch, out);
 }
 
@@ -170,7 +208,7 @@ void LivoxKernel::decode(const LivoxPacket& packet, double interval_ns, std::vec
   const std::size_t most = packet.points * packet.form->returns + 1;
   if (scratch_.size() < most) scratch_.resize(most);
   HWY_DYNAMIC_DISPATCH(decode_livox_points)
-  (packet, interval_ns, nearest_m_, farthest_m_, scratch_.data(), returns);
+  (packet, azimuth_directions().data(), interval_ns, nearest_m_, farthest_m_, scratch_.data(), returns);
 }
 
 }  // namespace hueline::drivers

@@ -74,9 +74,9 @@ struct LivoxPacket {
 
 /// A return as the packet says it.
 struct LivoxReturn {
-  /// In the maker's frame (x forward, y to the left, z up) x, y and z, m; of a spherical form range, m, angle from the
-  /// z axis and azimuth from x to y, rad.
-  double said[3];
+  /// In the maker's frame (x forward, y to the left, z up) x, y and z in its unit; of a spherical form range, mm, angle
+  /// from the z axis and azimuth from x to y, 0.01 deg. A range of more than 31 bits is negative.
+  std::int32_t said[3];
   std::uint8_t reflectivity;
 };
 
@@ -86,29 +86,25 @@ std::optional<LivoxPacket> decode_livox(std::span<const std::byte> bytes);
 
 /// Reads return `which` of a firing. The origin means that there is none. It is called for every point, and therefore
 /// stands here.
-inline LivoxReturn read_livox_return(const LivoxPacket& packet, std::size_t firing, std::size_t which) {
-  constexpr double kRadPerHundredth = 3.14159265358979323846 / 18000;
+inline LivoxReturn read_livox_return(const LivoxForm& form, const std::byte* firing, std::size_t which) {
   const auto field = [](auto value, const std::byte* p) {
     std::memcpy(&value, p, sizeof value);  // the program runs on little-endian computers only (novatel/wire.hpp)
-    return value;
+    return static_cast<std::int32_t>(value);
   };
   const auto i16 = [&](const std::byte* p) { return field(std::int16_t{}, p); };
   const auto i32 = [&](const std::byte* p) { return field(std::int32_t{}, p); };
   const auto u16 = [&](const std::byte* p) { return field(std::uint16_t{}, p); };
-  const LivoxForm& form = *packet.form;
-  const std::byte* p = packet.data.data() + firing * form.point_bytes;
-  if (form.is_short) return {{0.01 * i16(p), 0.01 * i16(p + 2), 0.01 * i16(p + 4)}, static_cast<std::uint8_t>(p[6])};
+  if (form.is_short) return {{i16(firing), i16(firing + 2), i16(firing + 4)}, static_cast<std::uint8_t>(firing[6])};
   if (!form.is_spherical) {
-    p += which * (form.has_tag ? 14 : 13);
-    return {{0.001 * i32(p), 0.001 * i32(p + 4), 0.001 * i32(p + 8)}, static_cast<std::uint8_t>(p[12])};
+    const std::byte* p = firing + which * (form.has_tag ? 14 : 13);
+    return {{i32(p), i32(p + 4), i32(p + 8)}, static_cast<std::uint8_t>(p[12])};
   }
   // With one return the range comes first; with several the direction, which they share.
   const bool is_shared = form.returns > 1;
-  const std::byte* direction = is_shared ? p : p + 4;
-  const std::byte* range = is_shared ? p + 4 + which * 6 : p;
-  return {
-      {0.001 * field(std::uint32_t{}, range), kRadPerHundredth * u16(direction), kRadPerHundredth * u16(direction + 2)},
-      static_cast<std::uint8_t>(is_shared ? range[4] : p[8])};
+  const std::byte* direction = is_shared ? firing : firing + 4;
+  const std::byte* range = is_shared ? firing + 4 + which * 6 : firing;
+  return {{i32(range), u16(direction), u16(direction + 2)},
+          static_cast<std::uint8_t>(is_shared ? range[4] : firing[8])};
 }
 
 }  // namespace hueline::drivers

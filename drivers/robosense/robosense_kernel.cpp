@@ -21,95 +21,96 @@
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
 
-using RobosenseWords = std::array<std::uint32_t, RobosenseKernel::kChannels>;
-
-/// Range in the lower half of the word, then reflectivity. Units that are none have range 0, as those behind the last.
-HWY_INLINE void read_units(const std::byte* unit, std::size_t count, RobosenseWords& words) {
-  words.fill(0);
-  for (std::size_t c = 0; c < count; ++c, unit += 3) {
-    const unsigned range = static_cast<unsigned>(unit[0]) << 8U | static_cast<unsigned>(unit[1]);
-    words[c] = (range == 0xFFFF ? 0 : range) | static_cast<unsigned>(unit[2]) << 16U;
-  }
-}
-
 /// Directions and times of the firings of a block.
 struct RobosenseDirections {
-  alignas(64) RobosenseKernel::Doubles sin_azimuth, cos_azimuth, lens_x, lens_y;
-  alignas(64) std::array<float, RobosenseKernel::kChannels> azimuth;
+  alignas(64) RobosenseKernel::Floats sin_azimuth, cos_azimuth, lens_x, lens_y, azimuth;
   alignas(64) std::array<std::int32_t, RobosenseKernel::kChannels> time_ns;
 };
 
 HWY_INLINE void fill_directions(const RobosenseBlock& block, const RobosenseKernel::Units& units,
                                 const RobosenseKernel::Channels& channels, std::size_t count,
                                 RobosenseDirections& out) {
-  const DoubleTag d;
-  const auto turn = double_of(2 * std::numbers::pi), zero = hn::Zero(d);
+  const FloatTag d;
+  const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
+  const auto mul = [](auto a, auto b) { return hn::Mul(a, b); };
+  auto sine = double_of(0), cosine = sine;
+  sine_cosine(double_of(block.azimuth), sine, cosine);
+  const auto sin_block = set(hn::GetLane(sine)), cos_block = set(hn::GetLane(cosine));
+  const auto to_side = set(units.is_reversed ? -1 : 1), radius = set(units.lens_radius_m);
+  for (std::size_t c = 0; c < count; c += kLanes) {
+    const auto load = [&](const RobosenseKernel::Floats& table) { return hn::Load(d, table.data() + c); };
+    const auto store = [&](auto value, RobosenseKernel::Floats& table) { hn::Store(value, d, table.data() + c); };
+    // Since the block's azimuth was read the scanner has turned a degree or two at most.
+    const auto since = mul(set(block.step), load(channels.after_periods));
+    const auto q = mul(since, since);
+    auto sin_since = set(1.0 / 120), cos_since = set(-1.0 / 720);
+    sin_since = hn::Add(since, mul(mul(since, q), hn::Add(set(-1.0 / 6), mul(q, sin_since))));
+    for (const double term : {1.0 / 24, -1.0 / 2, 1.0}) cos_since = hn::Add(set(term), mul(q, cos_since));
+    const auto sin_turned = hn::Add(mul(sin_block, cos_since), mul(cos_block, sin_since));
+    const auto cos_turned = hn::Sub(mul(cos_block, cos_since), mul(sin_block, sin_since));
+    const auto sin_own = load(channels.sin_azimuth), cos_own = load(channels.cos_azimuth);
+    store(mul(to_side, hn::Add(mul(sin_turned, cos_own), mul(cos_turned, sin_own))), out.sin_azimuth);
+    store(hn::Sub(mul(cos_turned, cos_own), mul(sin_turned, sin_own)), out.cos_azimuth);
+    store(mul(to_side, mul(radius, sin_turned)), out.lens_x);
+    store(mul(radius, cos_turned), out.lens_y);
+  }
+  const DoubleTag wide;
+  const auto turn = double_of(2 * std::numbers::pi), zero = hn::Zero(wide);
   for (std::size_t c = 0; c < count; c += kDoubles) {
-    const auto after = hn::Load(d, channels.after_us.data() + c);
-    auto turned = hn::Div(hn::Mul(double_of(block.step), after), double_of(units.firing_period_us));
-    turned = hn::Add(double_of(block.azimuth), turned);
-    auto azimuth = hn::Add(turned, hn::Load(d, channels.azimuth.data() + c));
-    if (units.is_reversed) turned = hn::Neg(turned), azimuth = hn::Neg(azimuth);
-    auto sine = zero, cosine = zero;
-    sine_cosine(azimuth, sine, cosine);
-    hn::Store(sine, d, out.sin_azimuth.data() + c);
-    hn::Store(cosine, d, out.cos_azimuth.data() + c);
-    sine_cosine(turned, sine, cosine);
-    hn::Store(hn::Mul(double_of(units.lens_radius_m), sine), d, out.lens_x.data() + c);
-    hn::Store(hn::Mul(double_of(units.lens_radius_m), cosine), d, out.lens_y.data() + c);
-    // Less than two turns either way. What remains of an angle has its sign, also if it is 0, as std::fmod() has it.
-    auto within = hn::Sub(azimuth, hn::IfThenElseZero(hn::Ge(azimuth, turn), turn));
-    within = hn::CopySign(hn::Add(within, hn::IfThenElseZero(hn::Le(within, hn::Neg(turn)), turn)), azimuth);
-    within = hn::IfThenElse(hn::Lt(within, zero), hn::Add(within, turn), within);
+    const auto load = [&](const RobosenseKernel::Doubles& table) { return hn::Load(wide, table.data() + c); };
+    const auto since = hn::Mul(double_of(block.step), load(channels.after));
+    const auto azimuth = hn::Add(hn::Add(double_of(block.azimuth), since), load(channels.azimuth));
+    auto within = units.is_reversed ? hn::Neg(azimuth) : azimuth;
+    // Less than two turns either way.
+    within = hn::Sub(within, hn::IfThenElseZero(hn::Ge(within, turn), turn));
+    for (int i = 0; i < 2; ++i) within = hn::Add(within, hn::IfThenElseZero(hn::Lt(within, zero), turn));
     store_floats(within, out.azimuth.data() + c);
-    const auto time_us = hn::Add(double_of(block.time_us), after);
+    const auto time_us = hn::Add(double_of(block.time_us), load(channels.after_us));
     store_integers(rounded(hn::Mul(time_us, double_of(1e3))), out.time_ns.data() + c);
   }
 }
 
 /// Writes the returns of kLanes firings from `at` on, and returns the end.
 template <bool kIsDual>
-HWY_INLINE LaserReturn* decode_firings(const RobosenseKernel::Units& units, const RobosenseKernel::Channels& channels,
-                                       const RobosenseDirections& directions, const RobosenseWords& first_words,
-                                       const RobosenseWords& second_words, std::size_t at, LaserReturn* out) {
-  const DoubleTag wide;
+HWY_INLINE LaserReturn* decode_firings(const RobosenseKernel::Firings& firings, const RobosenseKernel::Units& units,
+                                       const RobosenseKernel::Channels& channels, const RobosenseDirections& directions,
+                                       std::size_t at, LaserReturn* out) {
+  const FloatTag d;
   const WordTag bits;
   const auto one = hn::Set(bits, 1U);
   const auto range_of = [&](auto words) { return hn::And(words, hn::Set(bits, 0xFFFFU)); };
+  /// Range in the lower half of the word, then reflectivity. A range of 0xFFFF is none, as one of 0.
+  const auto read = [&](const std::byte* unit) {
+    const auto words = load_triples<true>(unit + 3 * at);
+    return hn::IfThenZeroElse(hn::Eq(range_of(words), hn::Set(bits, 0xFFFFU)), words);
+  };
   // A range that is too near becomes a large number, because words have no sign.
   const auto is_kept = [&](auto words) {
     return hn::Lt(hn::Sub(range_of(words), hn::Set(bits, units.nearest)), hn::Set(bits, units.count));
   };
-  const auto azimuth = hn::Min(hn::Load(FloatTag(), directions.azimuth.data() + at), hn::Set(FloatTag(), 6.2831850f));
+  const auto load = [&](const RobosenseKernel::Floats& table) { return hn::Load(d, table.data() + at); };
+  const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+  const auto azimuth = word(hn::Min(load(directions.azimuth), hn::Set(d, kLargestAzimuth)));
   /// Gives `use` the quantities of one return of each firing.
   const auto make = [&](auto words, std::uint32_t return_number, const auto& use) {
-    alignas(64) std::int32_t steps[kLanes];
-    alignas(64) float x[kLanes], y[kLanes], z[kLanes], range_m[kLanes];
-    hn::Store(hn::BitCast(IntTag(), range_of(words)), IntTag(), steps);
-    for (std::size_t k = 0; k < kLanes; k += kDoubles) {
-      const auto load = [&](const RobosenseKernel::Doubles& table) { return hn::Load(wide, table.data() + at + k); };
-      const hn::Rebind<std::int32_t, DoubleTag> half;
-      const auto range = hn::Mul(double_of(units.range_unit_m), hn::PromoteTo(wide, hn::LoadU(half, steps + k)));
-      const auto across = hn::Mul(range, load(channels.cos_elevation));
-      store_floats(hn::Add(hn::Mul(across, load(directions.sin_azimuth)), load(directions.lens_x)), x + k);
-      store_floats(hn::Add(hn::Mul(across, load(directions.cos_azimuth)), load(directions.lens_y)), y + k);
-      store_floats(hn::Add(hn::Mul(range, load(channels.sin_elevation)), double_of(units.lens_height_m)), z + k);
-      store_floats(range, range_m + k);
-    }
-    const auto word = [&](const auto* quantity) {
-      return hn::Load(bits, reinterpret_cast<const std::uint32_t*>(quantity));
-    };
-    const auto tags = hn::Or(word(channels.ring.data() + at), hn::Set(bits, tags_of(0, 0, return_number)));
-    return use(word(x), word(y), word(z), word(range_m), hn::BitCast(bits, azimuth),
-               word(directions.time_ns.data() + at), hn::Or(tags, hn::And(words, hn::Set(bits, tags_of(0, 0xFF, 0)))));
+    const auto steps = hn::ConvertTo(d, hn::BitCast(IntTag(), range_of(words)));
+    const auto range = hn::Mul(steps, hn::Set(d, units.range_step));
+    const auto across = hn::Mul(range, load(channels.cos_elevation));
+    const auto x = hn::Add(hn::Mul(across, load(directions.sin_azimuth)), load(directions.lens_x));
+    const auto y = hn::Add(hn::Mul(across, load(directions.cos_azimuth)), load(directions.lens_y));
+    const auto z = hn::Add(hn::Mul(range, load(channels.sin_elevation)), hn::Set(d, units.lens_height));
+    const auto tags = hn::Or(hn::Load(bits, channels.ring.data() + at), hn::Set(bits, tags_of(0, 0, return_number)));
+    return use(word(x), word(y), word(z), word(range), azimuth,
+               word(hn::Load(IntTag(), directions.time_ns.data() + at)),
+               hn::Or(tags, hn::And(words, hn::Set(bits, tags_of(0, 0xFF, 0)))));
   };
 
-  const auto first = hn::Load(bits, first_words.data() + at);
+  const auto first = read(firings.first);
   if constexpr (!kIsDual) {
     return make(first, 1, [&](auto... quantities) { return write_returns(is_kept(first), quantities..., one, out); });
   } else {
     // The nearer return first. One that is none, of range 0, becomes the farthest. Equal ones are one.
-    const auto second = hn::Load(bits, second_words.data() + at);
+    const auto second = read(firings.second);
     const auto first_key = hn::Sub(range_of(first), one), second_key = hn::Sub(range_of(second), one);
     const auto is_exchanged = hn::Gt(first_key, second_key);
     const auto is_pair =
@@ -132,14 +133,11 @@ void decode_robosense_firings(std::span<const RobosenseKernel::Firings> all, con
                               std::vector<LaserReturn>& returns) {
   LaserReturn* out = scratch;
   RobosenseDirections directions;
-  alignas(64) RobosenseWords first, second;
   for (const RobosenseKernel::Firings& firings : all) {
     fill_directions(firings.block, units, channels, firings.count, directions);
-    read_units(firings.first, firings.count, first);
-    if (firings.second) read_units(firings.second, firings.count, second);
     for (std::size_t c = 0; c < firings.count; c += kLanes)
-      out = firings.second ? decode_firings<true>(units, channels, directions, first, second, c, out)
-                           : decode_firings<false>(units, channels, directions, first, second, c, out);
+      out = firings.second ? decode_firings<true>(firings, units, channels, directions, c, out)
+                           : decode_firings<false>(firings, units, channels, directions, c, out);
   }
   returns.assign(scratch, out);
 }
@@ -157,16 +155,19 @@ RobosenseKernel::RobosenseKernel(const RobosenseTable& table, const RobosenseDes
   for (std::size_t c = 0; c < kChannels; ++c) {
     const double elevation = description.elevations[c % beams];
     channels_.after_us[c] = table.channel_us[c];
+    channels_.after[c] = table.channel_us[c] / table.firing_period_us;
+    channels_.after_periods[c] = static_cast<float>(channels_.after[c]);
     channels_.azimuth[c] = description.azimuths[c % beams];
-    channels_.sin_elevation[c] = portable::sin(elevation);
-    channels_.cos_elevation[c] = portable::cos(elevation);
+    channels_.sin_azimuth[c] = static_cast<float>(portable::sin(channels_.azimuth[c]));
+    channels_.cos_azimuth[c] = static_cast<float>(portable::cos(channels_.azimuth[c]));
+    channels_.sin_elevation[c] = static_cast<float>(portable::sin(elevation));
+    channels_.cos_elevation[c] = static_cast<float>(portable::cos(elevation));
     channels_.ring[c] = static_cast<std::uint32_t>(
         std::ranges::count_if(description.elevations, [&](double other) { return other < elevation; }));
   }
-  units_.range_unit_m = range_unit_m;
-  units_.firing_period_us = table.firing_period_us;
+  units_.range_step = static_cast<float>(range_unit_m);
   units_.lens_radius_m = table.lens_radius_m;
-  units_.lens_height_m = table.lens_height_m;
+  units_.lens_height = static_cast<float>(table.lens_height_m);
   units_.is_reversed = description.is_reversed;
   // A range of 0 and one of 0xFFFF mean that there is none.
   const auto is_kept = [&](std::uint32_t range) {

@@ -24,18 +24,22 @@ class RobosenseKernel {
  public:
   static constexpr std::size_t kChannels = kRobosenseChannels;
   using Doubles = std::array<double, kChannels>;
+  using Floats = std::array<float, kChannels>;
   /// Constants of each firing of a block.
   struct Channels {
-    alignas(64) Doubles after_us, azimuth, sin_elevation, cos_elevation;
+    alignas(64) Doubles after_us, after, azimuth;  ///< `after` counts in firing periods
+    alignas(64) Floats after_periods, sin_azimuth, cos_azimuth, sin_elevation, cos_elevation;
     alignas(64) std::array<std::uint32_t, kChannels> ring;
   };
   /// How the units of a block become returns.
   struct Units {
-    double range_unit_m, firing_period_us, lens_radius_m, lens_height_m;
+    double lens_radius_m;
+    float range_step, lens_height;  ///< m; a step is one unit of the ranges
     bool is_reversed;
     std::uint32_t nearest, count;  ///< the smallest range that is kept, and how many from there on, in units
   };
-  /// Firings whose returns are wanted: `first` and, with two returns, `second` are the first of their units.
+  /// Firings whose returns are wanted: `first` and, with two returns, `second` are the first of their units. Four bytes
+  /// behind the last unit can be read, as in a packet, whose blocks are followed by six.
   struct Firings {
     RobosenseBlock block;
     const std::byte *first, *second;

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <vector>
 
 #include "drivers/portable_vectors-inl.hpp"
@@ -24,14 +24,16 @@ namespace hueline::drivers {
 
 /// The most points of a packet, up to the next multiple of what a vector has.
 constexpr std::size_t kMostSolidPoints = 128;
+constexpr double kSolidRangeUnit = 0.005;  ///< m
 
-/// The points of a packet as it says them.
+/// The points of a packet as it says them. Behind them are points without range, up to the next multiple of 16.
 struct RobosenseSolidPoints {
-  std::size_t count = 0;  ///< behind them ranges are 0 up to the next multiple of 16
+  using Numbers = std::array<std::int32_t, kMostSolidPoints>;
+  std::size_t count = 0;
   bool is_spherical = false;
-  alignas(64) std::array<double, kMostSolidPoints> range_m;  ///< 0: it is not kept
-  /// Elevation and azimuth, rad, or places on the maker's axes, m.
-  alignas(64) std::array<std::array<double, kMostSolidPoints>, 3> said;
+  alignas(64) Numbers range;  ///< 0: there is none
+  /// Elevation and azimuth, 0.01 deg, 0 to 35999, or the unit vector on the maker's axes in 32768ths.
+  alignas(64) std::array<Numbers, 3> said;
   alignas(64) std::array<std::uint32_t, kMostSolidPoints> time_ns, tags;
 };
 
@@ -41,40 +43,37 @@ struct RobosenseSolidPoints {
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
 
-/// Replaces `returns` by those of the points, whose firings have `return_count` returns.
-void place_solid_points(const RobosenseSolidPoints& points, std::uint32_t return_count,
+/// Replaces `returns` by those of the points, whose firings have `return_count` returns, between two ranges in units.
+void place_solid_points(const RobosenseSolidPoints& points, const AzimuthDirection* directions,
+                        std::uint32_t return_count, std::int32_t before_nearest, std::int32_t behind_farthest,
                         std::vector<LaserReturn>& returns) {
-  const DoubleTag d;
-  const FloatTag narrow;
+  const FloatTag d;
+  const IntTag whole;
   const WordTag bits;
   alignas(64) std::array<LaserReturn, kMostSolidPoints + 1> scratch;
   LaserReturn* out = scratch.data();
   for (std::size_t at = 0; at < points.count; at += kLanes) {
-    alignas(64) float x_m[kLanes], y_m[kLanes], z_m[kLanes], range_m[kLanes], azimuth[kLanes];
-    for (std::size_t k = 0; k < kLanes; k += kDoubles) {
-      const auto load = [&](const auto& quantity) { return hn::Load(d, quantity.data() + at + k); };
-      const auto range = load(points.range_m);
-      auto x = load(points.said[0]), y = load(points.said[1]), z = load(points.said[2]);
-      if (points.is_spherical) {
-        auto sin_elevation = x, cos_elevation = x, sin_azimuth = y, cos_azimuth = y;
-        sine_cosine(x, sin_elevation, cos_elevation);
-        sine_cosine(y, sin_azimuth, cos_azimuth);
-        x = hn::Mul(hn::Mul(range, cos_elevation), cos_azimuth);
-        y = hn::Mul(hn::Mul(range, cos_elevation), sin_azimuth);
-        z = hn::Mul(range, sin_elevation);
-      }
-      const auto angle = arc_tangent(y, x);
-      const auto behind = hn::Add(angle, double_of(2 * std::numbers::pi));
-      store_floats(hn::Neg(y), x_m + k);
-      store_floats(x, y_m + k);
-      store_floats(z, z_m + k);
-      store_floats(range, range_m + k);
-      store_floats(hn::IfThenElse(hn::Lt(angle, hn::Zero(d)), behind, angle), azimuth + k);
+    const auto number = [&](const auto& numbers) { return hn::Load(whole, numbers.data() + at); };
+    const auto steps = number(points.range);
+    const auto range = hn::Mul(hn::ConvertTo(d, steps), hn::Set(d, static_cast<float>(kSolidRangeUnit)));
+    auto x = hn::Zero(d), y = x, z = x, azimuth = x;
+    if (points.is_spherical) {
+      auto sin_elevation = x, cos_elevation = x, sin_azimuth = x, cos_azimuth = x;
+      look_up_directions(directions, number(points.said[0]), sin_elevation, cos_elevation);
+      look_up_directions(directions, number(points.said[1]), sin_azimuth, cos_azimuth);
+      const auto across = hn::Mul(range, cos_elevation);
+      x = hn::Mul(across, cos_azimuth), y = hn::Mul(across, sin_azimuth), z = hn::Mul(range, sin_elevation);
+      azimuth = hn::Mul(hn::ConvertTo(d, number(points.said[1])), hn::Set(d, kAzimuthStep));
+    } else {
+      const auto unit = hn::Mul(range, hn::Set(d, 1.0f / 32768));
+      const auto place = [&](std::size_t i) { return hn::Mul(unit, hn::ConvertTo(d, number(points.said[i]))); };
+      x = place(0), y = place(1), z = place(2);
+      azimuth = azimuth_of(y, x);
     }
-    const auto word = [&](const float* quantity) { return hn::BitCast(bits, hn::Load(narrow, quantity)); };
-    const auto within = hn::BitCast(bits, hn::Min(hn::Load(narrow, azimuth), hn::Set(narrow, 6.2831850f)));
-    const auto is_kept = hn::RebindMask(bits, hn::Gt(hn::Load(narrow, range_m), hn::Zero(narrow)));
-    out = write_returns(is_kept, word(x_m), word(y_m), word(z_m), word(range_m), within,
+    const auto is_kept = hn::RebindMask(
+        bits, hn::And(hn::Gt(steps, hn::Set(whole, before_nearest)), hn::Lt(steps, hn::Set(whole, behind_farthest))));
+    const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
+    out = write_returns(is_kept, word(hn::Neg(y)), word(x), word(z), word(range), word(azimuth),
                         hn::Load(bits, points.time_ns.data() + at), hn::Load(bits, points.tags.data() + at),
                         hn::Set(bits, return_count), out);
   }
@@ -92,7 +91,6 @@ namespace {
 constexpr std::size_t kHead = 32;
 constexpr std::size_t kM1Bytes = 1210, kM1Blocks = 25, kM1BlockBytes = 47, kM1Points = 5, kM1PointBytes = 9;
 constexpr std::size_t kE1Bytes = 1200, kE1Blocks = 96, kE1BlockBytes = 12;
-constexpr double kRangeUnit = 0.005, kVectorUnit = 1.0 / 32768, kRadPerHundredth = std::numbers::pi / 18000;
 
 constexpr std::uint32_t tags_of(unsigned channel, unsigned reflectivity, unsigned return_number) {
   return channel | reflectivity << 16U | return_number << 24U;
@@ -123,41 +121,45 @@ void decode_robosense_solid_points(std::span<const std::byte> bytes, const Robos
                                    double min_range_m, double max_range_m, std::vector<LaserReturn>& out) {
   RobosenseSolidPoints points;
   points.is_spherical = packet.is_m1;
-  const auto add_range = [&](std::size_t at) {
-    const double range = kRangeUnit * robosense_u16(bytes, at);
-    points.range_m[points.count] = range >= min_range_m && range <= max_range_m ? range : 0;
-    return range;
-  };
+  const auto number = [&](std::size_t at) { return static_cast<std::int32_t>(robosense_u16(bytes, at)); };
+  std::size_t k = 0;
   if (packet.is_m1) {
+    const auto angle = [&](std::size_t at) {
+      const std::int32_t said = number(at) - 32768;
+      return said < 0 ? said + kAzimuthsOfCircle : said;
+    };
     for (std::size_t block = 0; block < kM1Blocks; ++block) {
       const std::size_t head = kHead + block * kM1BlockBytes;
-      const unsigned number = packet.is_dual && robosense_u8(bytes, head + 1) == 2 ? 2 : 1;
-      for (unsigned point = 0; point < kM1Points; ++point, ++points.count) {
+      const unsigned return_number = packet.is_dual && robosense_u8(bytes, head + 1) == 2 ? 2 : 1;
+      for (unsigned point = 0; point < kM1Points; ++point, ++k) {
         const std::size_t at = head + 2 + point * kM1PointBytes;
-        add_range(at);
-        points.said[0][points.count] = kRadPerHundredth * (static_cast<int>(robosense_u16(bytes, at + 2)) - 32768);
-        points.said[1][points.count] = kRadPerHundredth * (static_cast<int>(robosense_u16(bytes, at + 4)) - 32768);
-        points.said[2][points.count] = 0;
-        points.time_ns[points.count] = 1000 * robosense_u8(bytes, head);
-        points.tags[points.count] = tags_of(point, robosense_u8(bytes, at + 6), number);
+        points.range[k] = number(at);
+        points.said[0][k] = angle(at + 2);
+        points.said[1][k] = angle(at + 4);
+        points.time_ns[k] = 1000 * robosense_u8(bytes, head);
+        points.tags[k] = tags_of(point, robosense_u8(bytes, at + 6), return_number);
       }
     }
   } else {
-    for (std::size_t block = 0; block < kE1Blocks; ++block, ++points.count) {
+    for (std::size_t block = 0; block < kE1Blocks; ++block, ++k) {
       const std::size_t at = kHead + block * kE1BlockBytes;
-      const double range = add_range(at + 2);
-      for (std::size_t i = 0; i < 3; ++i)
-        points.said[i][points.count] =
-            range * kVectorUnit * static_cast<std::int16_t>(robosense_u16(bytes, at + 4 + 2 * i));
-      points.time_ns[points.count] = 1000 * robosense_u16(bytes, at);
-      points.tags[points.count] = tags_of(0, robosense_u8(bytes, at + 10), 1);
+      points.range[k] = number(at + 2);
+      for (std::size_t i = 0; i < 3; ++i) points.said[i][k] = static_cast<std::int16_t>(number(at + 4 + 2 * i));
+      points.time_ns[k] = 1000 * robosense_u16(bytes, at);
+      points.tags[k] = tags_of(0, robosense_u8(bytes, at + 10), 1);
     }
   }
-  for (std::size_t k = points.count; k % 16 != 0; ++k) {
-    points.range_m[k] = points.said[0][k] = points.said[1][k] = points.said[2][k] = 0;
+  points.count = k;
+  for (; k % 16 != 0; ++k) {
+    points.range[k] = points.said[0][k] = points.said[1][k] = points.said[2][k] = 0;
     points.time_ns[k] = points.tags[k] = 0;
   }
-  HWY_DYNAMIC_DISPATCH(place_solid_points)(points, packet.is_m1 && packet.is_dual ? 2 : 1, out);
+  // A range of 0 means that there is none.
+  const double nearest = std::max(1.0, std::ceil(min_range_m / kSolidRangeUnit - 1e-6));
+  const double farthest = std::min(65535.0, std::floor(max_range_m / kSolidRangeUnit + 1e-6));
+  HWY_DYNAMIC_DISPATCH(place_solid_points)
+  (points, azimuth_directions().data(), packet.is_m1 && packet.is_dual ? 2 : 1, static_cast<std::int32_t>(nearest) - 1,
+   static_cast<std::int32_t>(farthest) + 1, out);
 }
 
 }  // namespace hueline::drivers

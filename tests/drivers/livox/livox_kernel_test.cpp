@@ -22,25 +22,40 @@ std::vector<LaserReturn> plain(const LivoxPacket& packet, double interval_ns, do
   for (std::size_t firing = 0; firing < packet.points; ++firing) {
     std::vector<LaserReturn> found;
     for (std::size_t which = 0; which < packet.form->returns; ++which) {
-      const LivoxReturn one = read_livox_return(packet, firing, which);
-      double x = one.said[0], y = one.said[1], z = one.said[2];
-      if (packet.form->is_spherical) {
-        const double range = one.said[0], zenith = one.said[1], azimuth = one.said[2];
-        x = range * portable::sin(zenith) * portable::cos(azimuth);
-        y = range * portable::sin(zenith) * portable::sin(azimuth);
-        z = range * portable::cos(zenith);
+      const LivoxForm& form = *packet.form;
+      const LivoxReturn one = read_livox_return(form, packet.data.data() + firing * form.point_bytes, which);
+      const auto metres = [&](std::size_t i) {
+        return static_cast<float>(one.said[i]) * (form.is_short ? 0.01f : 0.001f);
+      };
+      float x = metres(0), y = metres(1), z = metres(2), range = std::sqrt(x * x + y * y + z * z);
+      double azimuth = portable::atan2(y, x);
+      if (form.is_spherical) {
+        int zenith = one.said[1] % 36000, around = one.said[2] % 36000;
+        if (zenith > 18000) zenith = 36000 - zenith, around = (around + 18000) % 36000;
+        const auto degrees = [](int hundredths) { return hundredths * std::numbers::pi / 18000; };
+        range = metres(0), azimuth = degrees(around);
+        const float across = range * static_cast<float>(portable::sin(degrees(zenith)));
+        x = across * static_cast<float>(portable::cos(azimuth));
+        y = across * static_cast<float>(portable::sin(azimuth));
+        z = range * static_cast<float>(portable::cos(degrees(zenith)));
       }
-      const double range = std::sqrt(x * x + y * y + z * z), azimuth = portable::atan2(y, x);
+      // What floats may differ by from the place and the range of doubles.
+      const double exact[3] = {1.0 * one.said[0], 1.0 * one.said[1], 1.0 * one.said[2]};
+      const double largest = form.is_spherical
+                                 ? exact[0] * 0.001
+                                 : std::hypot(exact[0], exact[1], exact[2]) * (form.is_short ? 0.01 : 0.001);
+      EXPECT_NEAR(range, largest, 2e-7 * std::abs(largest));
+      EXPECT_NEAR(std::hypot(double{x}, double{y}, double{z}), std::abs(largest), 3e-7 * std::abs(largest));
       LaserReturn made;
-      made.x = static_cast<float>(-y);
-      made.y = static_cast<float>(x);
-      made.z = static_cast<float>(z);
-      made.range_m = static_cast<float>(range);
+      made.x = -y;
+      made.y = x;
+      made.z = z;
+      made.range_m = range;
       made.azimuth = static_cast<float>(azimuth < 0 ? azimuth + 2 * std::numbers::pi : azimuth);
       made.time_offset_ns = static_cast<std::int32_t>(std::lround(interval_ns * static_cast<double>(firing)));
       made.reflectivity = one.reflectivity;
       const auto is_same = [&](const LaserReturn& r) { return r.x == made.x && r.y == made.y && r.z == made.z; };
-      if (range != 0 && std::ranges::none_of(found, is_same)) found.push_back(made);
+      if (range > 0 && std::ranges::none_of(found, is_same)) found.push_back(made);
     }
     std::ranges::stable_sort(found, {}, &LaserReturn::range_m);
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -68,8 +83,10 @@ test::Bytes random_points(test::RandomPackets& random, std::size_t count, std::s
   return out;
 }
 
-TEST(LivoxKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
-  test::with_each_instruction_set([] {
+TEST(LivoxKernel, MakesTheReturnsOfAPlainComputation) {
+  test::SameAlways same;
+  test::with_each_instruction_set([&] {
+    same.begin();
     test::RandomPackets random(14);
     std::size_t compared = 0;
     struct Form {
@@ -92,7 +109,8 @@ TEST(LivoxKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
         LivoxKernel kernel(kNearest, farthest);
         std::vector<LaserReturn> returns;
         kernel.decode(*packet, interval_ns, returns);
-        test::expect_same(returns, plain(*packet, interval_ns, farthest));
+        test::expect_close(returns, plain(*packet, interval_ns, farthest));
+        same.add(returns);
         compared += returns.size();
         if (testing::Test::HasFatalFailure()) FAIL() << packet->form->name << ", form " << form.number;
       }
