@@ -56,6 +56,8 @@ std::string keys_of(const drivers::RosCloudDecoder::Config& config) {
   else
     out += fmt::format("    time_field: '{}'\n    time_unit: {}\n    time_zero: {}\n", config.times.field,
                        word_of(config.times.unit), word_of(config.times.zero));
+  if (!config.times.seconds_field.empty())
+    out += fmt::format("    time_seconds_field: '{}'\n", config.times.seconds_field);
   return out + fmt::format("    stamp_sigma_us: {}  # NOT KNOWN: {}\n    intensity_full: {}\n",
                            config.stamp_sigma / std::chrono::microseconds(1),
                            config.stamp_is_enough ? "half of the time between two messages"

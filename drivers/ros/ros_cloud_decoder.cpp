@@ -77,6 +77,11 @@ void RosCloudDecoder::Config::visit(Keys& keys) {
       stamp_is_enough);
   keys.text({"time_field", "", "The field with the times of the points.", "recognised from the first message"},
             times.field);
+  keys.text({"time_seconds_field", "",
+             "The field with the whole seconds of the times, if `time_field` has only the rest (timestamp_sec beside "
+             "timestamp_nsec).",
+             "none; recognised where `time_field` is"},
+            times.seconds_field);
   keys.choice({"time_unit", "",
                "The unit of the times. `auto`: the one in which the points of the first message span 2 ms to 2 s."},
               times.unit,
@@ -113,6 +118,8 @@ KeyError RosCloudDecoder::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
   if (max_range_m && *max_range_m <= min_range_m)
     return not_allowed("max_range_m", number_text(*max_range_m), "more than min_range_m");
+  if (times.field.empty() && !times.seconds_field.empty())
+    return {"time_seconds_field", "is given without time_field; allowed: both, or neither"};
   if (stamp_is_enough && !times.field.empty())
     return {"time_field", "is given, though stamp_is_enough leaves the times of the points out; allowed: one of them"};
   return {};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 namespace hueline::drivers {
 namespace {
@@ -78,19 +79,41 @@ struct Extent {
   double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
   double span() const { return max - min; }
 };
-Extent extent_of(const RosCloud& cloud, const RosField& field) {
+template <class Value>
+Extent extent_of(const RosCloud& cloud, const Value& value_at) {
   Extent out;
   const RosReturns returns(cloud);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const auto point = cloud.point(i);
     if (!returns.has(point)) continue;
-    const double value = value_of(cloud, field, point);
+    const double value = value_at(point);
     if (!std::isfinite(value)) continue;
     out.min = std::min(out.min, value);
     out.max = std::max(out.max, value);
   }
   return out;
 }
+
+Extent extent_of(const RosCloud& cloud, const RosField& field) {
+  return extent_of(cloud, [&](std::span<const std::byte> point) { return value_of(cloud, field, point); });
+}
+
+/// Reads the times of points by a rule whose fields the cloud has, in the rule's unit. Whole seconds count from
+/// `begin_s`, so that nothing of a date is lost in the sum.
+class Times {
+ public:
+  Times(const RosCloud& cloud, const RosField* field, const RosField* seconds, RosTimeUnit unit, double begin_s = 0)
+      : cloud_(cloud), field_(field), seconds_(seconds), second_(1 / seconds_of(unit)), begin_s_(begin_s) {}
+  double operator()(std::span<const std::byte> point) const {
+    const double value = value_of(cloud_, *field_, point);
+    return seconds_ ? (value_of(cloud_, *seconds_, point) - begin_s_) * second_ + value : value;
+  }
+
+ private:
+  const RosCloud& cloud_;
+  const RosField *field_, *seconds_;
+  double second_, begin_s_;
+};
 
 /// Returns whether a field has one of the names of times, with or without a unit behind it.
 bool is_named(const RosField& field, std::string_view name) {
@@ -100,19 +123,50 @@ bool is_named(const RosField& field, std::string_view name) {
   return rest.empty() || std::ranges::find(kUnitWords, rest, &UnitWord::word) != kUnitWords.end();
 }
 
-/// Returns the first field of times whose values differ.
-const RosField* find_times(const RosCloud& cloud) {
-  for (const std::string_view name : kNames)
-    for (const RosField& field : cloud.fields)
-      if (is_named(field, name) && extent_of(cloud, field).span() > 0) return &field;
+/// Returns the unit that a name ends with, behind its last _.
+RosTimeUnit unit_in_name(const RosField& field) {
+  const auto last = field.name.rfind('_');
+  const std::string word = last == std::string::npos ? std::string() : plain(field.name.substr(last));
+  const auto* named = std::ranges::find(kUnitWords, word, &UnitWord::word);
+  return named == kUnitWords.end() ? RosTimeUnit::Auto : named->unit;
+}
+
+/// The fields of the times of points.
+struct TimeFields {
+  const RosField *field = nullptr, *seconds = nullptr;
+};
+
+/// Returns the field with the whole seconds to which the values of `rest` are added, or null.
+const RosField* find_seconds(const RosCloud& cloud, const RosField& rest) {
+  const RosTimeUnit unit = unit_in_name(rest);
+  if (unit == RosTimeUnit::Auto || unit == RosTimeUnit::Second) return nullptr;
+  const auto stem = std::string_view(rest.name).substr(0, rest.name.rfind('_') + 1);
+  for (const RosField& one : cloud.fields) {
+    const bool is_beside = unit_in_name(one) == RosTimeUnit::Second && one.name.rfind('_') + 1 == stem.size() &&
+                           one.name.starts_with(stem);
+    if (!is_beside || !is_whole(one)) continue;
+    // What a second does not hold is a time of its own.
+    const Extent extent = extent_of(cloud, rest);
+    if (extent.min >= 0 && extent.max * seconds_of(unit) < 1) return &one;
+  }
   return nullptr;
 }
 
+/// Returns the first field of times whose values differ.
+TimeFields find_times(const RosCloud& cloud) {
+  for (const std::string_view name : kNames)
+    for (const RosField& field : cloud.fields) {
+      if (!is_named(field, name)) continue;
+      if (const RosField* seconds = find_seconds(cloud, field)) return {&field, seconds};
+    }
+  for (const std::string_view name : kNames)
+    for (const RosField& field : cloud.fields)
+      if (is_named(field, name) && extent_of(cloud, field).span() > 0) return {&field, nullptr};
+  return {};
+}
+
 RosTimeUnit unit_of(const RosField& field, const Extent& extent) {
-  const auto last = field.name.rfind('_');
-  const std::string word = last == std::string::npos ? std::string() : plain(field.name.substr(last));
-  if (const auto* named = std::ranges::find(kUnitWords, word, &UnitWord::word); named != kUnitWords.end())
-    return named->unit;
+  if (const RosTimeUnit named = unit_in_name(field); named != RosTimeUnit::Auto) return named;
   for (const RosTimeUnit unit : kUnits)
     if (is_plausible(extent.span() * seconds_of(unit))) return unit;
   return is_whole(field) ? RosTimeUnit::Nanosecond : RosTimeUnit::Second;
@@ -134,7 +188,10 @@ RosTimeZero zero_of(const RosCloud& cloud, const Extent& extent, double unit_s) 
 
 std::string in_words(const RosTimeRule& rule) {
   if (rule.field.empty()) return "the points have no times of their own";
-  const std::string begin = fmt::format("times of the points: {}, {} ", rule.field, word_of(rule.unit));
+  const std::string begin =
+      fmt::format("times of the points: {}, {} ",
+                  rule.seconds_field.empty() ? rule.field : rule.seconds_field + " and " + rule.field,
+                  rule.seconds_field.empty() ? word_of(rule.unit) : fmt::format("s and {}", word_of(rule.unit)));
   if (rule.zero == RosTimeZero::Date) return begin + "since 1970";
   if (rule.zero == RosTimeZero::First)
     return begin + "of a clock that is not header.stamp's; header.stamp is taken for the first point's";
@@ -146,11 +203,14 @@ std::optional<RosTimeRule> recognise_times(const RosCloud& cloud, RosTimeRule kn
   std::size_t count = 0;
   for (std::size_t i = 0; i < cloud.size() && count < 2; ++i) count += returns.has(cloud.point(i)) ? 1 : 0;
   if (count < 2) return {};
-  const RosField* field = known.field.empty() ? find_times(cloud) : cloud.find(known.field);
-  if (!field) return RosTimeRule{};
-  const Extent extent = extent_of(cloud, *field);
-  known.field = field->name;
-  if (known.unit == RosTimeUnit::Auto) known.unit = unit_of(*field, extent);
+  const auto named = [&](const std::string& name) { return name.empty() ? nullptr : cloud.find(name); };
+  const TimeFields fields =
+      known.field.empty() ? find_times(cloud) : TimeFields{named(known.field), named(known.seconds_field)};
+  if (!fields.field) return RosTimeRule{};
+  known.field = fields.field->name;
+  if (fields.seconds) known.seconds_field = fields.seconds->name;
+  if (known.unit == RosTimeUnit::Auto) known.unit = unit_of(*fields.field, extent_of(cloud, *fields.field));
+  const Extent extent = extent_of(cloud, Times(cloud, fields.field, fields.seconds, known.unit));
   if (known.zero == RosTimeZero::Auto) known.zero = zero_of(cloud, extent, seconds_of(known.unit));
   return known;
 }
@@ -170,14 +230,18 @@ Result<std::vector<RosPoint>> timed_points(const RosCloud& cloud, const RosTimeR
   std::vector<RosPoint> out;
   const RosReturns returns(cloud);
   const RosField* field = rule.field.empty() ? nullptr : cloud.find(rule.field);
-  if (!field && !rule.field.empty() && cloud.size() > 0)
-    return Error{ErrorCode::Malformed, fmt::format("a point cloud without the field {} of its times", rule.field)};
+  const RosField* seconds = rule.seconds_field.empty() ? nullptr : cloud.find(rule.seconds_field);
+  for (const auto& [name, found] : {std::pair(&rule.field, field), std::pair(&rule.seconds_field, seconds)})
+    if (!found && !name->empty() && cloud.size() > 0)
+      return Error{ErrorCode::Malformed, fmt::format("a point cloud without the field {} of its times", *name)};
   // Dates count from the whole second before header.stamp: so nothing of them is lost in the subtraction.
   const auto stamp = cloud.header.stamp.time_since_epoch();
   const auto second = std::chrono::floor<std::chrono::seconds>(stamp);
   const double unit = seconds_of(rule.unit);
-  double zero = rule.zero == RosTimeZero::Date ? static_cast<double>(second.count()) / unit : 0;
-  if (field && rule.zero == RosTimeZero::First && !cloud.time_base) zero = extent_of(cloud, *field).min;
+  const double begin_s = rule.zero == RosTimeZero::Date ? static_cast<double>(second.count()) : 0;
+  const Times time_of(cloud, field, seconds, rule.unit, begin_s);
+  double zero = seconds ? 0 : begin_s / unit;
+  if (field && rule.zero == RosTimeZero::First && !cloud.time_base) zero = extent_of(cloud, time_of).min;
   const nanoseconds shift = rule.zero == RosTimeZero::Date ? second - stamp
                             : rule.zero == RosTimeZero::Stamp && cloud.time_base
                                 ? cloud.time_base->time_since_epoch() - stamp
@@ -187,7 +251,7 @@ Result<std::vector<RosPoint>> timed_points(const RosCloud& cloud, const RosTimeR
     const auto point = cloud.point(i);
     if (!returns.has(point)) continue;
     double ns = 0;
-    if (field) ns = (value_of(cloud, *field, point) - zero) * unit * 1e9 + static_cast<double>(shift.count());
+    if (field) ns = (time_of(point) - zero) * unit * 1e9 + static_cast<double>(shift.count());
     if (!(std::abs(ns) <= longest))
       return Error{ErrorCode::Malformed,
                    fmt::format("a point cloud with a time that is {} s from its header.stamp: not used. {}",

@@ -26,6 +26,7 @@ struct RosTimeRule {
   std::string field;  ///< empty: the points have no times of their own
   RosTimeUnit unit = RosTimeUnit::Auto;
   RosTimeZero zero = RosTimeZero::Auto;
+  std::string seconds_field;  ///< whole seconds, to which `field` adds the rest; empty: `field` has the whole time
   bool operator==(const RosTimeRule&) const = default;
 };
 /// Returns the rule in words: "float32 time, s after header.stamp".
@@ -34,6 +35,8 @@ std::string in_words(const RosTimeRule& rule);
 /// Completes `known` from a cloud with points.
 /// - The field is the first of t, time, timestamp, time_stamp, offset_time, ... (case, _ and a unit at the end do not
 ///   matter) whose values differ between points.
+/// - A field of one unit is the rest of a second if beside it stands one of whole seconds (timestamp_sec,
+/// timestamp_nsec).
 /// - The unit is the one behind the last _ of its name (time_offset_ns), or that in which the points span 2 ms to 2 s,
 ///   as a turn of a scanner or a frame of it does. If none does, it is s for floating point and ns for whole numbers.
 /// - Values of at most 2 s count to header.stamp. Values within 10 s of header.stamp are dates. Others are of a clock

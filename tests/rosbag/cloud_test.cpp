@@ -225,6 +225,50 @@ TEST(RosCloud, KnowsTimesWhoseNameEndsWithTheirUnit) {
   EXPECT_TRUE(rule_of(cloud.bytes(RosEncoding::Cdr), RosEncoding::Cdr).field.empty());
 }
 
+/// A turn of 0.1 s whose times are whole seconds and the rest of them, as cepton_ros writes them.
+CloudMessage turn_of_two_fields(const char* seconds, const char* rest, std::int64_t begin_ns) {
+  CloudMessage out;
+  out.stamp_ns = kStamp_ns;
+  out.fields = {{"x", 0, test::kF32}, {"y", 4, test::kF32}, {"z", 8, test::kF32}};
+  out.fields.push_back({seconds, 12, test::kU32});
+  out.fields.push_back({rest, 16, test::kU32});
+  out.width = 2, out.point_step = 20;
+  for (const std::int64_t ns : {begin_ns, begin_ns + 100'000'000})
+    out.put(3.f)
+        .put(4.f)
+        .put(0.f)
+        .put(static_cast<std::uint32_t>(ns / 1'000'000'000))
+        .put(static_cast<std::uint32_t>(ns % 1'000'000'000));
+  return out;
+}
+
+TEST(RosCloud, AddsTheRestOfASecondToWholeSeconds) {
+  // The second turn goes over the end of a second.
+  for (const std::int64_t begin_ns : {kStamp_ns, kStamp_ns - kStamp_ns % 1'000'000'000 - 30'000'000}) {
+    const std::string bytes = turn_of_two_fields("timestamp_sec", "timestamp_nsec", begin_ns).bytes(RosEncoding::Cdr);
+    const auto rule = rule_of(bytes, RosEncoding::Cdr);
+    EXPECT_EQ(rule,
+              (drivers::RosTimeRule{"timestamp_nsec", RosTimeUnit::Nanosecond, RosTimeZero::Date, "timestamp_sec"}));
+    EXPECT_EQ(in_words(rule), "times of the points: timestamp_sec and timestamp_nsec, s and ns since 1970");
+    RosCloudDecoder::Config written = config_of(RosEncoding::Cdr);
+    written.times = rule;
+    for (const auto& config : {config_of(RosEncoding::Cdr), written}) {
+      const Decoded out = decode({bytes}, config);
+      EXPECT_TRUE(out.faults.empty());
+      const auto returns = out.returns();
+      ASSERT_EQ(returns.size(), 2u);
+      EXPECT_EQ(returns[0].first, begin_ns);
+      EXPECT_EQ(returns[1].first, begin_ns + 100'000'000);
+    }
+  }
+  // Another stem, and a rest that holds seconds itself.
+  auto rule = rule_of(turn_of_two_fields("gps_sec", "t_nsec", 0).bytes(RosEncoding::Cdr), RosEncoding::Cdr);
+  EXPECT_EQ(rule, (drivers::RosTimeRule{"t_nsec", RosTimeUnit::Nanosecond, RosTimeZero::Stamp, {}}));
+  rule = rule_of(turn_of_two_fields("time_s", "time_ms", 50'000'000).bytes(RosEncoding::Cdr), RosEncoding::Cdr);
+  EXPECT_EQ(rule.field, "time_ms");
+  EXPECT_EQ(rule.seconds_field, "");
+}
+
 TEST(RosCloud, ALivoxThatNothingSynchronisesIsTimedByHeaderStamp) {
   constexpr std::uint64_t kSwitchedOn_ns = 1'234'567'890'123;  // 20 minutes ago
   test::RosWriter message(RosEncoding::Cdr);
@@ -336,7 +380,7 @@ TEST(RosCloud, RefusesPointsWithoutTimesUntilTheRigSaysThatTheStampIsEnough) {
 
 TEST(RosCloud, TellsTimesThatCannotBe) {
   RosCloudDecoder::Config config = config_of(RosEncoding::Cdr);
-  config.times = {"time", RosTimeUnit::Second, RosTimeZero::Stamp};
+  config.times = {"time", RosTimeUnit::Second, RosTimeZero::Stamp, {}};
   // Microseconds that the rig calls seconds.
   const Decoded wrong = decode({test::velodyne_turn(kStamp_ns, 3, 5e4).bytes(RosEncoding::Cdr)}, config);
   EXPECT_TRUE(wrong.batches.empty());
