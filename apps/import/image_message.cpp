@@ -141,12 +141,43 @@ Result<ImageMessage> plain_image(RosHeader header, const PlainHead& head, Packet
   return packed(std::move(header), found->fourcc, image, bytes);
 }
 
+bool has_one_channel(const storage::RgbImage& picture) {
+  return std::ranges::all_of(picture.pixels, [](const storage::Rgb& p) { return p[0] == p[1] && p[1] == p[2]; });
+}
+
 /// Returns whether a picture has shades of grey alone. One of a single colour, as a camera gives before it sees, says
 /// nothing about its others.
 bool is_grey(const storage::RgbImage& picture) {
   const auto& pixels = picture.pixels;
-  return std::ranges::all_of(pixels, [](const storage::Rgb& p) { return p[0] == p[1] && p[1] == p[2]; }) &&
+  return has_one_channel(picture) &&
          std::ranges::any_of(pixels, [&](const storage::Rgb& p) { return p != pixels.front(); });
+}
+
+/// Returns the mosaic whose samples a picture has, or null. image_transport of ROS 1 compresses a mosaic as if its
+/// samples were shades of grey, and says so by "bayer_rggb8; jpeg compressed "; behind the last word stands to what
+/// others have converted it first: to colours (bgr8) or grey (mono8).
+const Encoding* mosaic_of(std::string_view format) {
+  constexpr std::string_view kMosaic = "bayer_", kWord = "compressed";
+  constexpr std::size_t kNameEnd = kMosaic.size() + 4;  // bayer_rggb
+  const auto word = format.rfind(kWord);
+  if (!format.starts_with(kMosaic) || word == std::string_view::npos) return nullptr;
+  std::string_view to = format.substr(word + kWord.size());
+  to.remove_prefix(std::min(to.find_first_not_of(' '), to.size()));
+  if (!to.empty() && !to.starts_with(kMosaic)) return nullptr;
+  const std::string name = std::string(format.substr(0, kNameEnd)) + "8";
+  const auto* found = std::ranges::find(kEncodings, name, &Encoding::ros);
+  return found == kEncodings.end() ? nullptr : found;
+}
+
+/// Takes the samples of a mosaic from a picture with one channel.
+ImageMessage mosaic(RosHeader header, const Encoding& encoding, PacketImage image, const storage::RgbImage& picture) {
+  std::vector<std::byte> samples;
+  samples.reserve(picture.pixels.size());
+  for (const storage::Rgb& pixel : picture.pixels) samples.push_back(static_cast<std::byte>(pixel[0]));
+  image.width = static_cast<std::uint32_t>(picture.width);
+  image.height = static_cast<std::uint32_t>(picture.height);
+  image.stride = image.width;
+  return packed(std::move(header), encoding.fourcc, image, samples);
 }
 
 /// Takes the pixels of a picture that a camera's decoder does not read: a PNG, or a JPEG with several scans.
@@ -170,6 +201,10 @@ Result<ImageMessage> compressed_image(RosHeader header, const std::string& forma
   if (std::ranges::any_of(kVideoFormats, says)) return refuse("video is not read; images, JPEG or PNG are");
   if (says("compressedDepth") || format.starts_with("16UC1") || format.starts_with("32FC1"))
     return refuse("depths, no colours");
+  if (const Encoding* samples = mosaic_of(format)) {
+    const auto picture = storage::decode_image(bytes);
+    if (picture.ok() && has_one_channel(*picture)) return mosaic(std::move(header), *samples, image, *picture);
+  }
   if (const drivers::JpegHead head = drivers::jpeg_head(bytes); head.why.empty()) {
     image.width = head.width;
     image.height = head.height;

@@ -167,6 +167,56 @@ TEST(ImageMessage, PicturesThatNoCameraSendsBecomePixels) {
   EXPECT_NEAR(last[1], 30, 6);
 }
 
+TEST(ImageMessage, AMosaicThatWasCompressedAsGreyKeepsItsColours) {
+  // What a camera with the pattern RGGB sees of one colour.
+  constexpr int kSide = 16;
+  storage::RgbImage samples(kSide, kSide, {0, 0, 0});
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const auto value = static_cast<std::uint8_t>(x % 2 != y % 2 ? 90 : x % 2 == 0 ? 200 : 40);
+      samples.at(x, y) = {value, value, value};
+    }
+  const std::uint8_t* pixels = samples.pixels.data()->data();
+  const auto encoded = storage::encode_png({pixels, kSide, kSide});
+  ASSERT_TRUE(encoded.ok());
+  const std::string png(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+  unsigned char* buffer = nullptr;
+  unsigned long size = 0;
+  const auto handle = tjInitCompress();
+  ASSERT_EQ(tjCompress2(handle, pixels, kSide, 0, kSide, TJPF_RGB, &buffer, &size, TJSAMP_GRAY, 100, 0), 0);
+  const std::string jpeg(reinterpret_cast<const char*>(buffer), size);
+  tjFree(buffer);
+  tjDestroy(handle);
+
+  const auto take = [](const std::string& format, const std::string& bytes) {
+    return apps::take_image("sensor_msgs/CompressedImage", reader(compressed_image(format, bytes)), {});
+  };
+  for (const auto& [format, bytes] :
+       {std::pair("bayer_rggb8; jpeg compressed ", &jpeg), std::pair("bayer_rggb8; png compressed ", &png),
+        std::pair("bayer_rggb8; jpeg compressed bayer_rggb8", &jpeg)}) {
+    const auto message = take(format, *bytes);
+    ASSERT_TRUE(message.ok()) << message.error().message;
+    EXPECT_EQ(message->format, "RGGB") << format;
+    EXPECT_FALSE(message->is_grey);
+    const auto red = row_of(seen(*message), 8), blue = row_of(seen(*message), 9);
+    ASSERT_EQ(red.size(), std::size_t{kSide});
+    EXPECT_NEAR(red[8], 200, 2);
+    EXPECT_NEAR(red[9], 90, 2);
+    EXPECT_NEAR(blue[8], 90, 2);
+    EXPECT_NEAR(blue[9], 40, 2);
+  }
+  EXPECT_EQ(take("bayer_bggr8; png compressed ", png)->format, "BA81");
+  // What was converted before is grey, or has its colours.
+  EXPECT_TRUE(take("bayer_rggb8; jpeg compressed mono8", jpeg)->is_grey);
+  EXPECT_TRUE(take("mono8; jpeg compressed ", jpeg)->is_grey);
+  storage::RgbImage colours(kSide, kSide, {200, 90, 40});
+  const auto coloured = storage::encode_png({colours.pixels.data()->data(), kSide, kSide});
+  ASSERT_TRUE(coloured.ok());
+  const std::string as_png(reinterpret_cast<const char*>(coloured->data()), coloured->size());
+  EXPECT_EQ(take("bayer_rggb8; png compressed bgr8", as_png)->format, "RGB3");
+  EXPECT_EQ(take("bayer_rggb8; png compressed ", as_png)->format, "RGB3");
+}
+
 TEST(ImageMessage, ImagesOfFoxglovesSchemasAreRead) {
   test::RosWriter message(RosEncoding::Cdr);
   message.time(kStamp_ns).text("camera").put(std::uint32_t{2}).put(std::uint32_t{1}).text("rgb8");
