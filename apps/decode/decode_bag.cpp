@@ -14,6 +14,7 @@
 #include "core/output_file.hpp"
 #include "core/printable.hpp"
 #include "drivers/ros/ros_cloud.hpp"
+#include "drivers/ros/ros_datagrams.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -50,14 +51,16 @@ void add(DecodedBag& out, DecodedCapture decoded) {
   if (out.decoded.trouble.ok()) out.decoded.trouble = decoded.trouble;
 }
 
-/// Learns the scanners among the packets of one topic. Nothing: there is none, and `unused` says why.
+/// Learns the scanners among the packets of one topic. Nothing: there is none, and `out.unused` says why.
 std::optional<KnownCapture> learn_packets(const DecodeOptions& options, const rosbag::TopicCount& topic,
-                                          std::map<std::string, std::string>& unused) {
+                                          DecodedBag& out) {
   DecodeOptions one = options;
   one.capture = topic.file;
   auto known = KnownCapture::learn(one);
   if (known.ok() && known->has_devices()) return std::move(*known);
-  unused[topic.topic.name] = known.ok() ? known->why_none_of_topic() : known.error().message;
+  out.unused[topic.topic.name] = known.ok() ? known->why_none_of_topic() : known.error().message;
+  if (known.ok() && known->has_unknown_scanner())
+    out.decoded.not_supported.push_back(topic.topic.name + ": " + known->why_none_of_topic());
   return {};
 }
 
@@ -98,8 +101,13 @@ Result<DecodedBag> decode_bag(const DecodeOptions& options) {
   std::size_t scanners = 0;
   for (const rosbag::TopicCount& topic : out.read.topics) {
     scanners += has_clouds(topic) ? 1 : 0;
+    if (topic.topic.trouble.empty() && drivers::carries_unknown_datagrams(topic.topic.type)) {
+      out.unused[topic.topic.name] = "packets of a scanner that is not supported";
+      out.decoded.not_supported.push_back(
+          fmt::format("{}: the scanner of {}", topic.topic.name, printable(topic.topic.type)));
+    }
     if (!has_packets(topic)) continue;
-    if (auto known = learn_packets(options, topic, out.unused)) {
+    if (auto known = learn_packets(options, topic, out)) {
       scanners += known->scanners();
       packets.emplace(topic.topic.name, std::move(*known));
     }

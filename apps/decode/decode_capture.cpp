@@ -143,6 +143,8 @@ std::string KnownCapture::why_none_of_topic() const {
                      bytes / std::max<std::uint64_t>(1, datagrams));
 }
 
+bool KnownCapture::has_unknown_scanner() const { return !not_supported(state_->devices).empty(); }
+
 Result<DecodedCapture> KnownCapture::write(const std::filesystem::path& out) {
   const DecodeOptions& options = state_->options;
   const std::size_t count = scanners();

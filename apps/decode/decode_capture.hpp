@@ -67,6 +67,8 @@ class KnownCapture {
   std::string why_none() const;
   /// Does the same for packets that are known to be those of one topic of a recording.
   std::string why_none_of_topic() const;
+  /// Returns whether it has packets that may be those of a scanner that is not supported (DecodedCapture).
+  bool has_unknown_scanner() const;
   /// Reads the file again, to write the points of its scanners to `out`. With several scanners each cloud has its
   /// scanner's address in its name. Errors: what prevents that any cloud is written.
   Result<DecodedCapture> write(const std::filesystem::path& out);

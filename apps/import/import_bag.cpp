@@ -15,6 +15,7 @@
 #include "config/section.hpp"
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
+#include "drivers/ros/ros_datagrams.hpp"
 #include "drivers/transport/pcap_source.hpp"
 #include "rosbag/ordered_bag.hpp"
 #include "rosbag/packed_file.hpp"
@@ -82,6 +83,8 @@ Status add_scanners(const rosbag::ScannerFiles& files, const fs::path& folder, I
       if (error) return output_error("cannot write " + (folder / topic.file.filename()).string(), error.value());
       out.became[topic.topic.name] = topic.file.filename().string();
     }
+    if (drivers::carries_unknown_datagrams(topic.topic.type))
+      out.became[topic.topic.name] = "not used: packets of a scanner that is not supported";
     if (topic.file.extension() != ".pcap") continue;
     const auto devices = recognise(topic.file);
     if (!devices.ok()) return devices.error();

@@ -21,7 +21,7 @@ struct Layout {
 
 constexpr std::size_t kVelodyne = 1206, kPandar = 1500, kRobosense = 1248;
 constexpr std::size_t kRslidarFlags = 2;  // whether it is a status packet, and whether a frame begins with it
-constexpr std::array<Layout, 19> kLayouts{{
+constexpr std::array<Layout, 21> kLayouts{{
     {.type = "velodyne_msgs/VelodyneScan",
      .has_header = true,
      .is_many = true,
@@ -36,6 +36,13 @@ constexpr std::array<Layout, 19> kLayouts{{
      .has_size = true},
     {.type = "pandar_msgs/PandarPacket", .has_stamp = true, .fixed_bytes = kPandar, .has_size = true},
     {.type = "pandar_msgs/PandarJumboPacket", .has_stamp = true, .has_size = true},
+    {.type = "hesai_lidar/PandarScan",
+     .has_header = true,
+     .is_many = true,
+     .has_stamp = true,
+     .fixed_bytes = kPandar,
+     .has_size = true},
+    {.type = "hesai_lidar/PandarPacket", .has_stamp = true, .fixed_bytes = kPandar, .has_size = true},
     {.type = "nebula_msgs/NebulaPackets", .has_header = true, .is_many = true, .has_stamp = true},
     {.type = "nebula_msgs/NebulaPacket", .has_stamp = true},
     {.type = "ouster_ros/PacketMsg"},
@@ -72,6 +79,16 @@ const Layout* find_layout(std::string_view type) {
 }  // namespace
 
 bool carries_datagrams(std::string_view type) { return find_layout(type) != nullptr; }
+
+bool carries_unknown_datagrams(std::string_view type) {
+  constexpr std::array<std::string_view, 6> kUnknown{"seyond/SeyondScan",
+                                                     "seyond/SeyondPacket",
+                                                     "innovusion_msgs/InnovusionScan",
+                                                     "innovusion_msgs/InnovusionPacket",
+                                                     "lslidar_msgs/LslidarScan",
+                                                     "lslidar_msgs/LslidarPacket"};
+  return std::ranges::find(kUnknown, type) != kUnknown.end();
+}
 
 bool have_header(std::string_view type) {
   const Layout* layout = find_layout(type);

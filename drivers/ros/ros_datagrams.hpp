@@ -17,10 +17,12 @@ struct RosDatagram {
 };
 
 /// Returns whether messages of this type (ros_type()) carry datagrams: velodyne_msgs/VelodyneScan and VelodynePacket,
-/// pandar_msgs/PandarScan, PandarPacket and PandarJumboPacket, nebula_msgs/NebulaPackets and NebulaPacket, PacketMsg of
-/// Ouster, udp_msgs/UdpPacket, hesai_ros_driver/UdpFrame and UdpPacket, and the packets of Robosense (robosense_msgs,
-/// rslidar_msgs, rslidar_msg).
+/// pandar_msgs/PandarScan, PandarPacket and PandarJumboPacket, the first two also of hesai_lidar,
+/// nebula_msgs/NebulaPackets and NebulaPacket, PacketMsg of Ouster, udp_msgs/UdpPacket, hesai_ros_driver/UdpFrame and
+/// UdpPacket, and the packets of Robosense (robosense_msgs, rslidar_msgs, rslidar_msg).
 bool carries_datagrams(std::string_view type);
+/// Returns whether messages of this type carry datagrams of a scanner that is not supported.
+bool carries_unknown_datagrams(std::string_view type);
 /// Returns whether such messages begin with a std_msgs/Header.
 bool have_header(std::string_view type);
 

@@ -311,7 +311,7 @@ std::string scan_of(const Layout& layout, const std::vector<std::string>& packet
       out.sequence(packets[i]).put(static_cast<std::uint32_t>(packets[i].size()));
     if (type == "velodyne_msgs/VelodyneScan") out.raw(packets[i]);
     if (type == "nebula_msgs/NebulaPackets") out.sequence(packets[i]);
-    if (type == "pandar_msgs/PandarScan")
+    if (type.ends_with("/PandarScan"))
       out.raw(packets[i] + std::string(1500 - packets[i].size(), '\0'))
           .put(static_cast<std::uint32_t>(packets[i].size()));
   }
@@ -324,6 +324,7 @@ TEST(ScannerFiles, HoldTheDatagramsOfEveryKindOfMessage) {
   for (const Layout& layout :
        {Layout{"velodyne_msgs/VelodyneScan", RosEncoding::Cdr}, Layout{"velodyne_msgs/VelodyneScan", RosEncoding::Ros1},
         Layout{"pandar_msgs/PandarScan", RosEncoding::Cdr}, Layout{"pandar_msgs/PandarScan", RosEncoding::Ros1},
+        Layout{"hesai_lidar/PandarScan", RosEncoding::Cdr}, Layout{"hesai_lidar/PandarScan", RosEncoding::Ros1},
         Layout{"nebula_msgs/NebulaPackets", RosEncoding::Cdr}, Layout{"ouster_ros/PacketMsg", RosEncoding::Cdr},
         Layout{"hesai_ros_driver/UdpFrame", RosEncoding::Cdr}, Layout{"hesai_ros_driver/UdpFrame", RosEncoding::Ros1},
         Layout{"rslidar_msg/RslidarPacket", RosEncoding::Cdr}, Layout{"rslidar_msg/RslidarPacket", RosEncoding::Ros1},

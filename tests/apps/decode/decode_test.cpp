@@ -11,6 +11,7 @@
 #include "storage/pcd_reader.hpp"
 #include "tests/apps/captures.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
+#include "tests/rosbag/cloud_message.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/runtime/toy_scanner/toy_scanner.hpp"
 #include "tests/support/pcap_writer.hpp"
@@ -168,6 +169,31 @@ TEST(Decode, TheOneCloudOfARecordingHasTheNameThatWasAskedFor) {
   const std::string why = decoded->unused.at("/os/imu");
   EXPECT_NE(why.find("603 packets of 48 bytes"), std::string::npos) << why;
   EXPECT_EQ(why.find("TCP"), std::string::npos) << why;
+}
+
+TEST(Decode, TopicsOfScannersThatAreNotSupportedAreToldBesideOthers) {
+  constexpr std::int64_t kBegin_ns = kTime_s * 1'000'000'000;
+  std::string packet(1206, '\0');
+  for (std::size_t block = 0; block < 12; ++block) packet.replace(block * 100, 2, "\xff\xee");
+  packet.replace(1204, 2, "\x37\x10");  // a product that Velodyne does not have
+  std::vector<test::SampleMessage> messages{
+      {"/points", "sensor_msgs/PointCloud2", kBegin_ns,
+       test::velodyne_turn(kBegin_ns, 100, 0.1).bytes(drivers::RosEncoding::Cdr)},
+      {"/front", "seyond/SeyondScan", kBegin_ns, std::string("\0\1\0\0", 4) + std::string(100, 'x')}};
+  for (int i = 0; i < 30; ++i)
+    messages.push_back({"/rear", "ouster_ros/PacketMsg", kBegin_ns + i,
+                        test::RosWriter(drivers::RosEncoding::Cdr).sequence(packet).bytes()});
+  const TemporaryFile file("decode_unknown.db3", {}), out("decode_unknown.pcd", {});
+  test::write_sqlite(file.path(), messages);
+  const auto decoded = apps::decode_bag(decoding(file, out));
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->decoded.scanners.size(), 1u);
+  EXPECT_EQ(decoded->decoded.scanners[0].points, 100u);
+  ASSERT_EQ(decoded->decoded.not_supported.size(), 2u);
+  EXPECT_EQ(decoded->decoded.not_supported[0], "/front: the scanner of seyond/SeyondScan");
+  EXPECT_TRUE(
+      decoded->decoded.not_supported[1].starts_with("/rear: of no scanner that is known: a Velodyne of product 0x10"));
+  EXPECT_EQ(decoded->unused.at("/front"), "packets of a scanner that is not supported");
 }
 
 TEST(Decode, ACutFileGivesWhatIsWholeAndSaysSo) {
