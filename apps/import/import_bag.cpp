@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <system_error>
 #include <utility>
 
@@ -101,6 +103,31 @@ Status add_scanners(const rosbag::ScannerFiles& files, const fs::path& folder, I
     sensors.add_scanner(topic, device, metadata, metadata.empty() ? Buffer() : description_of(topic.file, metadata));
   }
   return {};
+}
+
+/// Says what is wrong with orientations if the vehicle does not drive to where it looks. Empty: nothing shows it.
+std::string doubt_of_course(const drivers::RosCourse& course, const PoseChoice& pose, const FrameTree& tree) {
+  constexpr double kDegree = std::numbers::pi / 180, kLeastWay_m = 20, kSteady = 0.8, kMirrored = 0.9, kMostTurn = 20;
+  if (course.way_m() < kLeastWay_m) return {};
+  // The pose may be that of a sensor that is mounted turned.
+  const auto T_pose_base = tree.place("base_link", pose.frame);
+  const Eigen::Vector2d forward =
+      T_pose_base ? Eigen::Vector2d(T_pose_base->linear().col(0).head<2>()) : Eigen::Vector2d::UnitX();
+  const double mounted = std::atan2(forward.y(), forward.x());
+  const Eigen::Vector2d turned = Eigen::Rotation2Dd(mounted) * course.turned();
+  std::string what;
+  if (const double turn = std::atan2(turned.y(), turned.x()) / kDegree;
+      turned.norm() >= kSteady && std::abs(turn) > kMostTurn)
+    what = fmt::format("it looks {:.0f} deg to the {} of the way that it drives", std::abs(turn),
+                       turn > 0 ? "left" : "right");
+  else if (turned.norm() < kSteady && course.mirrored().norm() >= kMirrored)
+    what = "it turns to the right where its way turns to the left, as by orientations in NED";
+  if (what.empty()) return {};
+  return fmt::format(
+      "by the orientations of {} the vehicle does not look to where it drives: over {:.0f} m {}. If it drives forward, "
+      "they are not those of REP 103 (east, north, up), or their sensor does not know north, and all points will be "
+      "turned: take another topic with --poses",
+      fmt::join(pose.topics, " and "), course.way_m(), what);
 }
 
 /// Removes the packets by which scanners were recognised, whatever happens.
@@ -214,6 +241,8 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   out.packets = journal.packets();
   if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)
     out.to_do.push_back("no pose could be made of the recording, see the table: a replay places no points");
+  if (std::string doubt = doubt_of_course(transcriber.course(), *pose, survey->tree); !doubt.empty())
+    out.to_do.push_back(std::move(doubt));
   for (auto& one : out.topics) {
     const auto unread = transcriber.unread.find(one.topic.name);
     one.broken = unread == transcriber.unread.end() ? 0 : unread->second;

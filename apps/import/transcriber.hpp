@@ -63,6 +63,7 @@ class Transcriber {
   std::string dropped_of(const rosbag::BagTopic& topic) const;
   /// How many poses were made; of Oem7RawMsg the logs.
   std::uint64_t poses() const { return poses_; }
+  const drivers::RosCourse& course() const { return pose_.course(); }
 
   std::map<std::string, std::uint64_t> unread;  ///< messages that could not be used, by topic
 

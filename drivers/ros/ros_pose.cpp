@@ -217,7 +217,8 @@ bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime rec
   return true;
 }
 
-void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vector<Logs>& out) const {
+void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vector<Logs>& out) {
+  course_.add(pose.time, pose.q_enu_flu, velocity);
   // From x right, y forward to x forward, y left: a quarter turn.
   const Eigen::Quaterniond flu_from_body = portable::rotation_about(Eigen::Vector3d::UnitZ(), -std::numbers::pi / 2);
   const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);

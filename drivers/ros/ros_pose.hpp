@@ -11,6 +11,7 @@
 #include "core/buffer.hpp"
 #include "core/frames.hpp"
 #include "core/geodesy.hpp"
+#include "drivers/ros/ros_course.hpp"
 #include "drivers/ros/ros_message.hpp"
 #include "drivers/ros/ros_pose_joiner.hpp"
 #include "drivers/ros/ros_pose_message.hpp"
@@ -66,6 +67,8 @@ class RosPose {
   void finish(std::vector<Logs>& out);
   /// Returns what was dropped so far, by type of the message.
   const std::map<std::string, Dropped>& dropped() const { return dropped_; }
+  /// Returns how the poses lie to the way that they drive; not those of a receiver, which looks after that itself.
+  const RosCourse& course() const { return course_; }
 
  private:
   struct Pose {
@@ -80,7 +83,7 @@ class RosPose {
   bool take_transforms(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
   bool take_local(std::string_view type, RosLocalPose pose, UnixTime recorded, std::vector<Logs>& out);
   bool settle(UnixTime& stamp, UnixTime recorded, std::string_view type);
-  void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out) const;
+  void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out);
 
   RosPoseRank rank_;
   std::optional<Geodetic> origin_;
@@ -89,6 +92,7 @@ class RosPose {
   std::vector<std::optional<Eigen::Isometry3d>> steps_;  // the latest of each step of the path
   std::optional<Pose> last_;
   RosPoseJoiner joiner_;
+  RosCourse course_;
   std::map<std::string, Dropped> dropped_;
 };
 

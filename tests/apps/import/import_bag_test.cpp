@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 
 #include "apps/import/import_bag.hpp"
 #include "apps/import/pose_choice.hpp"
@@ -294,6 +297,50 @@ TEST_F(ImportBag, SaysWhereThePosesStateNoAccuracy) {
   };
   EXPECT_EQ(told_with(1e-4), 0);
   for (const double variance : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) EXPECT_EQ(told_with(variance), 1);
+}
+
+/// A drive of two seconds at 25 m/s through a quarter of a circle, from north to west, with the yaws (from east to the
+/// left, rad) that `yaw_of` gives of the course.
+std::vector<SampleMessage> bend(const std::function<double(double)>& yaw_of) {
+  constexpr double kRadius_m = 32, kRight = std::numbers::pi / 2;
+  std::vector<SampleMessage> out;
+  for (int i = 0; i <= 20; ++i) {
+    const double around = kRight * i / 20, yaw = yaw_of(kRight + around);
+    RosWriter one(drivers::RosEncoding::Cdr);
+    one.header(kImported_ns + i * kTenth_ns, "odom").text("imu");
+    one.put(kRadius_m * (std::cos(around) - 1)).put(kRadius_m * std::sin(around)).put(0.0);
+    one.put(0.0).put(0.0).put(std::sin(yaw / 2)).put(std::cos(yaw / 2));
+    out.push_back({"/odom", "nav_msgs/Odometry", kImported_ns + i * kTenth_ns, one.bytes()});
+  }
+  return out;
+}
+
+TEST_F(ImportBag, SaysWhereTheVehicleDoesNotDriveToWhereItLooks) {
+  constexpr double kRight = std::numbers::pi / 2;
+  const auto told = [&](const std::function<double(double)>& yaw_of, std::vector<SampleMessage> also = {}) {
+    auto messages = bend(yaw_of);
+    messages.insert(messages.begin(), also.begin(), also.end());
+    const auto done = import(messages, {.origin = kOrigin});
+    EXPECT_TRUE(done.ok());
+    for (const std::string& one : done->to_do)
+      if (one.starts_with("by the orientations")) return one;
+    return std::string();
+  };
+  EXPECT_EQ(told([](double course) { return course + 0.2; }), "");
+  // The course is that of the step before, half of which the vehicle has turned on.
+  const std::string left = told([](double course) { return course + kRight; });
+  EXPECT_NE(left.find("of /odom the vehicle does not look to where it drives: over 50 m it looks 92 deg to the left"),
+            std::string::npos)
+      << left;
+  EXPECT_NE(told([](double course) { return course - kRight; }).find("88 deg to the right"), std::string::npos);
+  EXPECT_NE(told([](double course) { return kRight - course; }).find("as by orientations in NED"), std::string::npos);
+  // A sensor that is mounted with its x axis to the left.
+  RosWriter tree(drivers::RosEncoding::Cdr);
+  tree.put(std::uint32_t{1}).header(kImported_ns, "base_link").text("imu").put(0.0).put(0.0).put(0.0);
+  tree.put(0.0).put(0.0).put(std::sin(kRight / 2)).put(std::cos(kRight / 2));
+  EXPECT_EQ(told([](double course) { return course + kRight; },
+                 {{"/tf_static", "tf2_msgs/TFMessage", kImported_ns, tree.bytes()}}),
+            "");
 }
 
 /// As programs that convert recordings write them: one topic behind the other.
