@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -93,6 +94,10 @@ class Surveyor {
             "its positions are more than {:.0f} km from their origin, as coordinates of a map (UTM) are; only metres "
             "about a place are read",
             drivers::kFarthest_m / 1000);
+      if (const auto first = first_local_.find(name); first != first_local_.end() && are_degrees(first->second)) {
+        pose.why = "its positions are degrees, as those of a sensor_msgs/NavSatFix here, and not metres";
+        pose.usable = 0;
+      }
       // Odometry is the way of a vehicle whatever it calls its frames.
       if (pose.type.starts_with("geometry_msgs/") && out.moves_with_vehicle(pose.world)) {
         pose.why = fmt::format("its poses are given in the frame {}, which moves with the vehicle", pose.world);
@@ -167,14 +172,27 @@ class Surveyor {
       const auto local = drivers::take_local_pose(topic.type, in);
       if (!local) return;
       pose.farthest_m = std::max(pose.farthest_m, local->enu.norm());
+      first_local_.try_emplace(topic.name, local->enu);
       if (pose.usable > 1) return;
       pose.world = local->frame;
       pose.frame = local->body;
     } else if (is_new) {
-      pose.frame = without_slash(in.take_header().frame);
+      pose.frame = without_slash(RosReader(in).take_header().frame);
     }
+    if (topic.type == "sensor_msgs/NavSatFix" && !fix_)
+      if (const auto position = drivers::take_position(topic.type, in)) fix_ = position->place;
   }
 
+  /// Returns whether a local position is what the recording's NavSatFix says, as in the poses of Septentrio's driver
+  /// for ROS: x and y are longitude and latitude.
+  bool are_degrees(const Eigen::Vector3d& position) const {
+    constexpr double kDegree = std::numbers::pi / 180, kNear = 0.05;
+    return fix_ && std::abs(position.x() - fix_->longitude / kDegree) < kNear &&
+           std::abs(position.y() - fix_->latitude / kDegree) < kNear;
+  }
+
+  std::map<std::string, Eigen::Vector3d> first_local_;  // by topic
+  std::optional<Geodetic> fix_;
   std::map<std::string, CloudSurvey> clouds_;
   std::map<std::string, TreeLinks> links_;  // by topic
   UnixTime newest_{UnixTime::min()};

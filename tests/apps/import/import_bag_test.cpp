@@ -273,6 +273,25 @@ TEST_F(ImportBag, SaysThatCoordinatesOfAMapAreNoLocalMetres) {
             "metres about a place are read");
 }
 
+/// Septentrio's driver gives a PoseWithCovarianceStamped whose x and y are longitude and latitude.
+TEST_F(ImportBag, DoesNotTakeDegreesForMetres) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    messages.push_back(imu_message("/imu", ns));
+    messages.push_back(position("/navsatfix", ns));  // at 48, 11 deg
+    RosWriter pose(drivers::RosEncoding::Cdr);
+    pose.header(ns, "imu").put(11.0).put(48.0).put(500.0).put(0.0).put(0.0).put(0.0).put(1.0);
+    for (int value = 0; value < 36; ++value) pose.put(0.0);
+    messages.push_back({"/pose", "geometry_msgs/PoseWithCovarianceStamped", ns, pose.bytes()});
+  }
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/pose"),
+            "not used: its positions are degrees, as those of a sensor_msgs/NavSatFix here, and not metres");
+  EXPECT_EQ(done->became.at("/navsatfix"), "sensor pos");
+}
+
 TEST(PoseChoice, OfLocalPosesTakesTheSurestThatIsNotRare) {
   std::map<std::string, PoseTopic> found{{"/odom", {"nav_msgs/Odometry", "base", 100}},
                                          {"/pose", {"geometry_msgs/PoseStamped", "", 1000}},
