@@ -2,11 +2,10 @@
 
 #include <turbojpeg.h>
 
-#include <algorithm>
-#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "storage/byte_order.hpp"
 
@@ -46,18 +45,17 @@ Result<RgbImage> decode_jpeg(ByteView bytes) {
   return image;
 }
 
+bool begins_with(ByteView bytes, std::string_view signature) {
+  return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(signature);
+}
+
+bool is_png(ByteView bytes) { return begins_with(bytes, "\x89PNG\r\n\x1A\n"); }
+
 }  // namespace
 
 Result<RgbImage> decode_image(ByteView bytes) {
-  constexpr std::array<unsigned char, 8> kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  constexpr std::array<unsigned char, 3> kJpeg = {0xFF, 0xD8, 0xFF};
-  const auto begins = [&](const auto& signature) {
-    return bytes.size() >= signature.size() &&
-           std::equal(signature.begin(), signature.end(), bytes.begin(),
-                      [](unsigned char a, std::byte b) { return std::byte{a} == b; });
-  };
-  if (begins(kPng)) return decode_png(bytes);
-  if (begins(kJpeg)) return decode_jpeg(bytes);
+  if (is_png(bytes)) return decode_png(bytes);
+  if (begins_with(bytes, "\xFF\xD8\xFF")) return decode_jpeg(bytes);
   return Error{ErrorCode::Unsupported, "is neither a PNG nor a JPEG by its first bytes"};
 }
 
@@ -65,6 +63,7 @@ Result<RgbImage> read_image(const std::filesystem::path& path) {
   const auto bytes = read_picture_file(path);
   if (!bytes) return bytes.error();
   auto picture = decode_image(*bytes);
+  if (picture.ok() && is_png(*bytes)) picture = brightened_png(*bytes, std::move(picture.value()));
   if (!picture) return Error{picture.error().code, path.string() + ": " + picture.error().message};
   return picture;
 }

@@ -11,7 +11,8 @@ namespace hueline::storage {
 /// and columns of the sensor. Errors: Malformed; Truncated (a JPEG cut short); Unsupported (another format, or more
 /// than 134 million pixels).
 Result<RgbImage> decode_image(ByteView bytes);
-/// Reads a PNG or JPEG file, whatever its name, as decode_image(). Errors: also those of read_picture_file().
+/// Reads a PNG or JPEG file, whatever its name, as decode_image(), and a PNG of 16 bits as brightened_png(). Errors:
+/// also those of read_picture_file().
 Result<RgbImage> read_image(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

@@ -3,8 +3,11 @@
 #include <png.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/input_file.hpp"
@@ -18,6 +21,31 @@ png_image fresh_image() {
   std::memset(&image, 0, sizeof image);
   image.version = PNG_IMAGE_VERSION;
   return image;
+}
+
+/// Returns the PNG without what it says of its curve and colours, so that its numbers are read as they stand.
+Bytes without_colour_space(ByteView png) {
+  constexpr std::size_t kSignature = 8, kFrame = 12;  // of a chunk: length, name, check sum
+  Bytes out(png.begin(), png.begin() + kSignature);
+  for (std::size_t at = kSignature; at + kFrame <= png.size();) {
+    std::size_t length = kFrame;
+    for (std::size_t i = 0; i < 4; ++i) length += std::to_integer<std::size_t>(png[at + i]) << (8 * (3 - i));
+    length = std::min(length, png.size() - at);
+    const std::string_view name(reinterpret_cast<const char*>(png.data() + at + 4), 4);
+    if (name != "gAMA" && name != "cHRM" && name != "sRGB" && name != "iCCP")
+      out.insert(out.end(), png.begin() + static_cast<std::ptrdiff_t>(at),
+                 png.begin() + static_cast<std::ptrdiff_t>(at + length));
+    at += length;
+  }
+  return out;
+}
+
+/// Returns how many of 16 bits a picture leaves empty: cameras give 10, 12 or 14 bits in the lower ones.
+unsigned empty_bits(std::span<const std::uint16_t> values) {
+  unsigned all = 0;
+  for (const std::uint16_t value : values) all |= value;
+  const auto used = static_cast<unsigned>(std::bit_width(all));
+  return used > 14 ? 0 : 16 - std::max(10U, (used + 1) & ~1U);
 }
 
 }  // namespace
@@ -85,6 +113,33 @@ Result<RgbImage> decode_png(ByteView png) {
   if (!png_image_finish_read(&image, nullptr, into, 0, nullptr)) return broken();
   for (std::size_t i = 0; i < with_alpha.size() / 4; ++i) std::copy_n(&with_alpha[4 * i], 3, picture.pixels[i].begin());
   return picture;
+}
+
+Result<RgbImage> brightened_png(ByteView png, RgbImage decoded) {
+  constexpr std::uint8_t kLeastOf14Bits = 64;
+  for (const Rgb& pixel : decoded.pixels)
+    if (std::ranges::max(pixel) >= kLeastOf14Bits) return decoded;
+  png_image image = fresh_image();
+  const Bytes plain = without_colour_space(png);
+  if (!png_image_begin_read_from_memory(&image, plain.data(), plain.size()))
+    return Error{ErrorCode::Malformed, image.message};
+  if ((image.format & PNG_FORMAT_FLAG_LINEAR) == 0) {
+    png_image_free(&image);
+    return decoded;
+  }
+  // Values of 16 bits without a curve stay as they stand. Transparent pixels would be mixed with black.
+  image.format |= PNG_FORMAT_FLAG_COLOR;
+  const std::size_t channels = PNG_IMAGE_PIXEL_CHANNELS(image.format);
+  std::vector<std::uint16_t> values(decoded.pixels.size() * channels);
+  if (!png_image_finish_read(&image, nullptr, values.data(), 0, nullptr)) {
+    png_image_free(&image);
+    return Error{ErrorCode::Malformed, image.message};
+  }
+  if (channels != 3) return decoded;
+  const unsigned shift = 8 - empty_bits(values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    decoded.pixels[i / 3][i % 3] = static_cast<std::uint8_t>(values[i] >> shift);
+  return decoded;
 }
 
 Result<RgbImage> read_png(const std::filesystem::path& path) {

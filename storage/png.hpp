@@ -46,6 +46,10 @@ Result<Bytes> read_picture_file(const std::filesystem::path& path);
 /// Decodes any PNG and converts it to RGB of 8 bits; transparent pixels keep their colour. Errors: Malformed,
 /// Unsupported (more than kMostPixels).
 Result<RgbImage> decode_png(ByteView png);
+/// Returns `decoded`, which decode_png() made of `png`, as bright as its camera gave it: values of 10, 12 or 14 bits,
+/// as many cameras' programs put them into the 16 bits of a PNG, fill its 8 bits. Pictures with transparent pixels stay
+/// as they are. Errors: Malformed.
+Result<RgbImage> brightened_png(ByteView png, RgbImage decoded);
 /// Reads a PNG file, as decode_png(). Errors: also those of read_picture_file().
 Result<RgbImage> read_png(const std::filesystem::path& path);
 

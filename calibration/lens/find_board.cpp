@@ -230,7 +230,18 @@ Result<GreyImage> read_grey_image(const std::string& path) {
   try {
     const cv::Mat encoded(1, static_cast<int>(bytes->size()), CV_8UC1, const_cast<char*>(bytes->data()));
     // Rows and columns stay as stored, because a lens belongs to its sensor, however the camera was held.
-    if (!bytes->empty()) grey = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    constexpr int kAsStored = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
+    if (!bytes->empty()) grey = cv::imdecode(encoded, kAsStored | cv::IMREAD_ANYDEPTH);
+    if (!grey.empty() && grey.depth() == CV_16U) {
+      // Cameras of 10, 12 or 14 bits give them in the lower ones of 16.
+      double most = 0;
+      cv::minMaxLoc(grey, nullptr, &most);
+      double full = 1024;
+      while (full <= most) full *= 4;
+      grey.convertTo(grey, CV_8U, 256 / full, -0.5);
+    } else if (!grey.empty() && grey.depth() != CV_8U) {
+      grey = cv::imdecode(encoded, kAsStored);
+    }
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Malformed, path + ": " + e.what()};
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "storage/cloud_picture.hpp"
+#include "storage/image_file.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -64,6 +65,29 @@ TEST(Png, ReadsSixteenBitsAndWhatIsTransparentAsItIsStored) {
     ASSERT_TRUE(image) << image.error().message;
     EXPECT_EQ(image->at(0, 0), (Rgb{116, 30, 240}));
   }
+}
+
+/// Cameras of 12 bits, whose programs write them as the lower ones of 16.
+TEST(Png, AnImageOfTwelveBitsIsAsBrightAsItIs) {
+  const TemporaryFolder folder;
+  // Two pixels, 16 times 116, 30, 240 and 255, 0, 8; the second file states the curve of sRGB.
+  for (const std::string hex :
+       {"89504e470d0a1a0a0000000d49484452000000020000000110020000002bd0349e0000001549444154789c636077607c"
+        "c0cfc0ff9f8181a10100115802c6fd9ef7a20000000049454e44ae426082",
+        "89504e470d0a1a0a0000000d49484452000000020000000110020000002bd0349e0000000467414d410000b18f0bfc61"
+        "050000001549444154789c636077607cc0cfc0ff9f8181a10100115802c6fd9ef7a20000000049454e44ae426082"}) {
+    std::string bytes;
+    for (std::size_t i = 0; i < hex.size(); i += 2)
+      bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+    test::write_file(folder / "a.png", bytes);
+    const auto image = read_image(folder / "a.png");
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ(image->at(0, 0), (Rgb{116, 30, 240}));
+    EXPECT_EQ(image->at(1, 0), (Rgb{255, 0, 8}));
+  }
+  RgbImage night(2, 1, {3, 2, 1});
+  ASSERT_TRUE(write_png(folder / "night.png", night));
+  EXPECT_EQ(read_image(folder / "night.png")->pixels, night.pixels) << "8 bits are all there are";
 }
 
 TEST(Png, TellsWhatIsWrong) {

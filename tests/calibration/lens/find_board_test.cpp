@@ -3,12 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/aruco.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/lens/board.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hueline::calibration {
 namespace {
+
+using test::TemporaryFolder;
 
 constexpr int kSquare_px = 80, kMarker_px = 60, kMargin_px = 80;
 
@@ -88,6 +92,20 @@ TEST(FindBoard, RefusesTheMarkersOfAnotherBoard) {
     other.dictionary = name;
     const auto found = find_board(image, other);
     EXPECT_TRUE(found.ok() || found.error().code == ErrorCode::Unavailable) << name;
+  }
+}
+
+/// Industrial cameras store 10 or 12 bits in the lower ones of 16.
+TEST(FindBoard, ReadsImagesOfTwelveBits) {
+  const TemporaryFolder folder;
+  const cv::Mat drawing = drawn_charuco(7, 5, false);
+  for (const int bits : {8, 10, 12, 16}) {
+    cv::Mat stored;
+    drawing.convertTo(stored, bits == 8 ? CV_8U : CV_16U, ((1 << bits) - 1) / 255.0);
+    ASSERT_TRUE(cv::imwrite((folder / "board.png").string(), stored));
+    const auto image = read_grey_image((folder / "board.png").string());
+    ASSERT_TRUE(image.ok());
+    EXPECT_EQ(image->pixels, image_of(drawing).pixels) << bits << " bits";
   }
 }
 
