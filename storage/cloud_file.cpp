@@ -109,6 +109,44 @@ std::vector<std::byte> turned(const PcdHeader& header, std::span<const std::byte
   return out;
 }
 
+/// Returns whether these are rows of 5 numbers whose last is a ring.
+bool has_rings(std::span<const float> values) {
+  if (values.empty() || values.size() % 5 != 0) return false;
+  for (std::size_t i = 4; i < values.size(); i += 5)
+    if (!(values[i] >= 0 && values[i] <= 255 && values[i] == std::floor(values[i]))) return false;
+  return true;
+}
+
+/// Returns the median change from a value to that of the same column in the next row, if rows have this length. Zeros,
+/// with which organised clouds fill what did not return, are left out.
+float row_change(std::span<const float> values, std::size_t length) {
+  std::vector<float> changes;
+  for (std::size_t i = 0; i + length < values.size(); ++i)
+    if (const float change = std::abs(values[i + length] - values[i]); change > 0) changes.push_back(change);
+  if (changes.empty()) return 0;
+  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
+  std::ranges::nth_element(changes, middle);
+  return *middle;
+}
+
+/// Returns how many numbers a row has: 4, or 5 with rings. It is another number of 3 to 6 if values of one column are
+/// then at least twice as similar, because nothing else in the file tells its columns. 0: the values are no such rows.
+std::size_t row_length(std::span<const float> values) {
+  constexpr std::size_t kLeastValues = 256;  // fewer do not show which are similar
+  constexpr std::size_t kMostValues = 1 << 20;
+  if (has_rings(values)) return 5;
+  std::size_t best = values.size() % 4 == 0 && !values.empty() ? 4 : 0;
+  if (values.size() < kLeastValues) return best;
+  const auto some = values.first(std::min(values.size(), kMostValues));
+  float least = row_change(some, 4) / 2;
+  for (const std::size_t length : {3, 5, 6})
+    if (const float change = row_change(some, length); values.size() % length == 0 && change < least) {
+      least = change;
+      best = length;
+    }
+  return best;
+}
+
 Result<PcdCloud> read_las_cloud(const std::string& path) {
   auto reader = LasReader::open(path);
   if (!reader.ok()) return reader.error();
@@ -148,38 +186,27 @@ Result<PcdCloud> decode_ply(std::span<const std::byte> bytes, const std::string&
 }
 
 Result<PcdCloud> decode_float_rows(std::span<const std::byte> bytes, const std::string& name) {
-  const auto value = [&](std::size_t index) {
-    float out = 0;
-    std::memcpy(&out, bytes.data() + sizeof out * index, sizeof out);
-    return out;
-  };
-  const std::size_t values = bytes.size() / sizeof(float);
-  const auto has_rings = [&] {
-    for (std::size_t i = 4; i < values; i += 5)
-      if (const float ring = value(i); !(ring >= 0 && ring <= 255 && ring == std::floor(ring))) return false;
-    return values > 0;
-  };
-  const bool is_whole = bytes.size() % sizeof(float) == 0;
+  std::vector<float> values(bytes.size() / sizeof(float));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+  const std::size_t columns = bytes.size() % sizeof(float) == 0 ? row_length(values) : 0;
+  if (columns == 0)
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{}: its {} bytes are no rows of 3 to 6 float32 (x, y, z, intensity, "
+                             "ring or others)",
+                             name, bytes.size())};
   PcdHeader header;
   header.encoding = PcdEncoding::Binary;
-  header.fields = {"x", "y", "z", "intensity"};
-  if (is_whole && values % 5 == 0 && has_rings()) {
-    header.fields.emplace_back("ring");
-  } else if (!is_whole || values == 0 || values % 4 != 0) {
-    return Error{
-        ErrorCode::Malformed,
-        fmt::format("{}: its {} bytes are no rows of 4 or 5 float32 (x, y, z, intensity, ring)", name, bytes.size())};
-  }
-  header.sizes.assign(header.fields.size(), sizeof(float));
-  header.counts.assign(header.fields.size(), 1);
-  header.types.assign(header.fields.size(), 'F');
-  const std::size_t columns = header.fields.size();
-  header.points = values / columns;
-  for (std::size_t i = 0; i < values; i += columns)
+  header.fields = {"x", "y", "z", "intensity", has_rings(values) ? "ring" : "column_5", "column_6"};
+  header.fields.resize(columns);
+  header.sizes.assign(columns, sizeof(float));
+  header.counts.assign(columns, 1);
+  header.types.assign(columns, 'F');
+  header.points = values.size() / columns;
+  for (std::size_t i = 0; i < values.size(); i += columns)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (!(std::abs(value(i + axis)) <= kFarthest_m))
+      if (!(std::abs(values[i + axis]) <= kFarthest_m))
         return Error{ErrorCode::Malformed,
-                     fmt::format("{}: row {} of its float32 is no place: {:g} m", name, i / columns, value(i + axis))};
+                     fmt::format("{}: row {} of its float32 is no place: {:g} m", name, i / columns, values[i + axis])};
   return decode_points(header, bytes, name);
 }
 

@@ -11,9 +11,8 @@
 namespace hueline::storage {
 
 /// Reads a cloud. PCD, PLY and LAS or LAZ are recognised by their first bytes. A name that ends with .bin means rows of
-/// float32, little endian, without a header: x, y, z, intensity as KITTI has them, or with the ring behind them as
-/// nuScenes has them. Everything else is taken for PCD. Errors: Io; Malformed, Truncated; Unsupported, with the limit
-/// that is exceeded or with what to do.
+/// float32, little endian, without a header, as decode_float_rows() reads them. Everything else is taken for PCD.
+/// Errors: Io; Malformed, Truncated; Unsupported, with the limit that is exceeded or with what to do.
 Result<PcdCloud> read_cloud(const std::string& path);
 
 /// Returns whether a file that begins so is PLY.
@@ -21,8 +20,9 @@ bool is_ply(std::string_view first_bytes);
 /// Reads PLY, ascii or binary of either byte order, whose vertices are its first element and have no lists. `name`
 /// stands for the file in messages.
 Result<PcdCloud> decode_ply(std::span<const std::byte> bytes, const std::string& name);
-/// Reads rows of 4 or 5 float32. There are 5 if the size allows it and each fifth value is a ring: a whole number of 0
-/// to 255.
+/// Reads rows of float32: x, y, z, intensity, and behind them a ring if the size allows it and each fifth value is a
+/// whole number of 0 to 255. Rows of 3, 5 or 6 numbers are known by their values, which are more similar within a
+/// column than between columns; what is behind the intensity is then called column_5 and column_6.
 Result<PcdCloud> decode_float_rows(std::span<const std::byte> bytes, const std::string& name);
 
 }  // namespace hueline::storage

@@ -417,7 +417,7 @@ TEST_F(Shot, CloudsInTheFormatsOfOthers) {
   EXPECT_NEAR(cloud()[1].x, kPoints[1].x, 1e-6);
 
   for (const auto& [name, bytes, said] : std::vector<std::array<std::string, 3>>{
-           {"cut.bin", rows(false).substr(0, 78), "its 78 bytes are no rows of 4 or 5 float32"},
+           {"cut.bin", rows(false).substr(0, 78), "its 78 bytes are no rows of 3 to 6 float32"},
            {"empty.bin", "", "its 0 bytes are no rows"},
            {"cut.ply", clouds.at("little.ply").substr(0, 300), "holds"},
            {"faces.ply",
@@ -431,6 +431,35 @@ TEST_F(Shot, CloudsInTheFormatsOfOthers) {
     EXPECT_EQ(ran.status, 3) << name;
     EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
   }
+}
+
+/// Rows of float32 say nothing of their length. Those of 3, 5 or 6 numbers whose size fits rows of 4 as well were read
+/// as rows of 4: wrong places, and status 0.
+TEST_F(Shot, RowsOfFloatsOfAnyLength) {
+  constexpr int kRows = 240;  // a multiple of 3, 4, 5 and 6
+  for (const std::size_t length : {3, 4, 5, 6})
+    for (const bool in_order : {true, false}) {
+      std::string bytes;
+      for (int i = 0; i < kRows; ++i) {
+        const double turn = 0.005 * (in_order ? i : i * 77 % kRows) - 0.6;
+        const std::array<float, 6> row = {
+            static_cast<float>(20 * std::cos(turn)), static_cast<float>(20 * std::sin(turn)), -1.7F,
+            0.3F + 0.1F * static_cast<float>(i % 3), 0.0004F * static_cast<float>(i),         0.25F};
+        bytes.append(reinterpret_cast<const char*>(row.data()), sizeof(float) * length);
+      }
+      write_file(dir / "rows.bin", bytes);
+      cloud_file = "rows.bin";
+      SCOPED_TRACE(testing::Message() << length << " numbers in a row");
+      const Ran ran = colour("image.png");
+      ASSERT_EQ(ran.status, 0) << ran.said;
+      const auto points = cloud();
+      ASSERT_EQ(points.size(), static_cast<std::size_t>(kRows));
+      for (const auto& p : points) ASSERT_NEAR(std::hypot(p.x, p.y), 20, 1e-4);
+      EXPECT_EQ(ran.said.find("has no field intensity") != std::string::npos, length == 3) << ran.said;
+      if (length >= 5) {
+        EXPECT_NEAR(extra(points[100], "column_5"), 0.04, 1e-6);
+      }
+    }
 }
 
 }  // namespace
