@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "storage/file_writer.hpp"
@@ -222,6 +224,18 @@ void append_point(Bytes& out, const std::array<std::int32_t, 3>& steps, const Sh
 
 }  // namespace
 
+std::string intensity_field(const PcdCloud& cloud) {
+  constexpr std::string_view kScalar = "scalar_";  // CloudCompare puts this before the names of its fields
+  for (const std::string_view wanted : {"intensity", "reflectivity", "reflectance", "remission"})
+    for (const std::string& field : cloud.fields) {
+      std::string_view name = field;
+      if (name.starts_with(kScalar)) name.remove_prefix(kScalar.size());
+      if (std::ranges::equal(name, wanted, {}, [](unsigned char c) { return static_cast<char>(std::tolower(c)); }))
+        return field;
+    }
+  return {};
+}
+
 Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const PcdCloud& cloud,
                                         std::span<const ShotColour> points) {
   const std::array<std::span<const double>, 3> xyz{cloud.column("x"), cloud.column("y"), cloud.column("z")};
@@ -234,7 +248,7 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
     return Error{ErrorCode::Invalid, fmt::format("{}: the cloud has {} fields; LAS can keep {}", path.string(),
                                                  fields.kept.size(), kMostFields)};
   ShotCloudNotes notes;
-  notes.intensity_field = first_of(cloud, {"intensity", "reflectivity"});
+  notes.intensity_field = intensity_field(cloud);
   const auto intensity = cloud.column(notes.intensity_field);
   if (!notes.intensity_field.empty()) notes.intensity_scale = intensity_scale(intensity);
   notes.time_field = first_of(cloud, {"timestamp", "time_stamp", "time", "gps_time", "t", "offset_time"});

@@ -28,6 +28,10 @@ struct ShotCloudNotes {
   std::string time_field;  ///< field of the cloud that is stored unchanged as LAS GPS time; empty if there is none
 };
 
+/// Returns the name of the field with the strength of the returns, as sensors' drivers and programs call it; empty if
+/// the cloud has none.
+std::string intensity_field(const PcdCloud& cloud);
+
 /// Writes LAS 1.4, point format 7, without a CRS. x, y and z are the cloud's own, in steps of 1 um; the step is larger,
 /// by a power of ten, only if the extent of the cloud needs it. Every other field of the cloud becomes extra bytes with
 /// its own name and type ("cloud_" is put before a name that LAS itself uses), and the fields image_u, image_v and

@@ -26,6 +26,8 @@ namespace {
 
 using namespace calibration;
 
+constexpr double kUsualUnitSigma = 2;  // more than this is no accident with ten points
+
 struct CalibrateMountOptions {
   DriveOptions drive;
   std::string points, lens_file, scanner, out, date;
@@ -52,8 +54,7 @@ struct KnownRig {
 KnownRig known_of(const CalibrateMountOptions& options) {
   KnownRig out;
   if (!options.lens_file.empty()) {
-    config::Section root = config::Section::load_file(options.lens_file);
-    out.lenses.push_back({"", config::read_config<fusion::CameraIntrinsics>(root.section("lens")), {}});
+    out.lenses.push_back({"", read_lens(options.lens_file), {}});
     return out;
   }
   const config::Rig rig = config::load_rig(options.drive.rig);
@@ -195,6 +196,12 @@ int resect_lenses(const CalibrateMountOptions& options, const std::string& date)
                                                        std::filesystem::path(options.points).filename().string())};
     const auto record = mount_record(found->covariance, Eigen::Matrix3d::Identity(), date, data, found->rms_px);
     print_resection(seen, *found, record);
+    if (found->unit_sigma > kUsualUnitSigma)
+      log_warning(
+          "the points differ from the best pose {:.1f} times as much as --sigma-px and --sigma-point-m allow: check "
+          "that "
+          "they are the same points in image and scan, of one moment, and that the lens is that of the image",
+          found->unit_sigma);
     if (options.out.empty()) continue;
     const Status written = write_resection(options.out, seen, *found, rig_fragment(known, *found, record));
     if (!written.ok()) {
@@ -234,7 +241,8 @@ void add_calibrate_mount(Command& calibrate) {
   command.option("--points", options->points,
                  "CSV with u_px, v_px, x_m, y_m, z_m (in the scanner's frame), optionally name and lens");
   command.option("--lens", options->lens_file,
-                 "without --rig: lens.yaml of calibrate lens; the result is T_lens_scanner, for hueline colour");
+                 "without --rig: lens.yaml of calibrate lens, or another file of a lens that hueline colour reads; the "
+                 "result is T_lens_scanner, for hueline colour");
   command.option("--scanner", options->scanner, "name of the scanner in the rig; default: the first one");
   command.setting("--sigma-px", options->sigma_px, "standard deviation of an image coordinate",
                   {.least = 0.01, .most = 99});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "core/output_file.hpp"
 #include "runtime/lens_values.hpp"
 #include "storage/cloud_file.hpp"
+#include "storage/shot_cloud.hpp"
 
 namespace hueline::apps {
 
@@ -28,14 +30,25 @@ using namespace calibration;
 
 namespace {
 
+constexpr double kFarthestNearest_m = 1000;  // of a cloud, which no scanner's frame exceeds
+
 /// Reads the returns of a cloud into `shot`. Errors: those of read_cloud(); Malformed if a field is missing.
 Status read_returns(const std::string& path, Shot& shot) {
   const auto cloud = storage::read_cloud(path);
   if (!cloud.ok()) return cloud.error();
   const auto x = cloud->column("x"), y = cloud->column("y"), z = cloud->column("z"),
-             intensity = cloud->column("intensity");
+             intensity = cloud->column(storage::intensity_field(*cloud));
   if (x.empty() || y.empty() || z.empty() || intensity.empty())
-    return Error{ErrorCode::Malformed, path + ": has no fields x, y, z, intensity"};
+    return Error{ErrorCode::Malformed, fmt::format("{}: x, y, z and intensity are needed; its fields: {}", path,
+                                                   fmt::join(cloud->fields, ", "))};
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (const double range_m = Eigen::Vector3d(x[i], y[i], z[i]).norm(); range_m < nearest_m) nearest_m = range_m;
+  if (std::isfinite(nearest_m) && nearest_m > kFarthestNearest_m)
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{}: its nearest point is {:.0f} m from its origin, as in coordinates of a map; the cloud "
+                             "is wanted in the scanner's frame, with the scanner at the origin",
+                             path, nearest_m)};
   for (std::size_t i = 0; i < x.size(); ++i) {
     shot.p_scanner.emplace_back(static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]));
     shot.intensity.push_back(static_cast<float>(intensity[i]));
@@ -43,15 +56,15 @@ Status read_returns(const std::string& path, Shot& shot) {
   return {};
 }
 
-/// Reads the image and the cloud. `known` has the lens. Errors: those of the two files. Throws config::ConfigError if
+/// Reads the image and the cloud. Errors: those of the two files. Throws config::ConfigError if
 /// the image does not have the size of the lens.
-Result<Shot> read_shot(const ShotFiles& files, const ShotCalibration& known) {
+Result<Shot> read_shot(const ShotFiles& files, const fusion::CameraIntrinsics& lens) {
   auto image = read_grey_image(files.image);
   if (!image.ok()) return image.error();
   Shot shot;
   if (const Status read = read_returns(files.cloud, shot); !read.ok()) return read.error();
-  const fusion::CameraIntrinsics intrinsics = fit_to_image(*known.intrinsics, known.lens_file, image->width,
-                                                           image->height, files.image, other_size(files.image_size));
+  const fusion::CameraIntrinsics intrinsics =
+      fit_to_image(lens, files.lens, image->width, image->height, files.image, other_size(files.image_size));
   shot.lens = runtime::lens_values(intrinsics);
   shot.max_angle = intrinsics.max_angle;
   shot.image = std::move(*image);
@@ -126,16 +139,14 @@ Status write_pose(const ShotFiles& files, const ShotAlignment& found) {
 }  // namespace
 
 int calibrate_shot(const ShotFiles& files) {
-  const ShotCalibration known = read_shot_calibration({files.lens});
-  if (!known.intrinsics)
-    throw config::ConfigError(files.lens + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
+  const fusion::CameraIntrinsics lens = read_lens(files.lens);
   if (!read_shot_calibration({files.start}).T_lens_scanner)
     throw config::ConfigError(files.start +
                               ": has no pose of the laser (T_lens_scanner: of hueline, or one that docs/colour.md "
                               "lists)");
   // The file of the lens may hold a part of the pose.
   const ShotCalibration start = read_shot_calibration({files.lens, files.start});
-  const auto shot = read_shot(files, known);
+  const auto shot = read_shot(files, lens);
   if (!shot.ok()) {
     log_error(shot.error().message);
     return kInputUnreadable;

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -61,7 +62,9 @@ struct PlacedPoints {
 /// Returns the points of the cloud, without colours yet. Error: Malformed if a field is missing.
 Result<PlacedPoints> placed_points(const storage::PcdCloud& cloud, const std::string& file) {
   const auto x = cloud.column("x"), y = cloud.column("y"), z = cloud.column("z");
-  if (x.empty() || y.empty() || z.empty()) return Error{ErrorCode::Malformed, file + ": has no fields x, y, z"};
+  if (x.empty() || y.empty() || z.empty())
+    return Error{ErrorCode::Malformed,
+                 fmt::format("{}: x, y and z are needed; its fields: {}", file, fmt::join(cloud.fields, ", "))};
   PlacedPoints out;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(z[i])) continue;

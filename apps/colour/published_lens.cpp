@@ -25,7 +25,10 @@ Pose pose_of(const Matrix34& T, const std::string& where) {
   const Eigen::Matrix3d R = T.leftCols<3>();
   if (!T.allFinite() || !(R * R.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-3) || R.determinant() < 0)
     throw config::ConfigError(where + " is no rotation: its rows are not orthonormal within 0.001, or mirror");
-  return {Eigen::Quaterniond(R).normalized(), T.col(3)};
+  // A rotation that is written with few digits is made one. The lens keeps its place: with a cloud in coordinates of a
+  // map the last digit of the rotation would move it by metres.
+  const Eigen::Quaterniond rotation = Eigen::Quaterniond(R).normalized();
+  return {rotation, rotation * (R.inverse() * T.col(3))};
 }
 
 Pose pose_of(const Numbers& T, const std::string& where) {

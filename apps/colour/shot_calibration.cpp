@@ -63,6 +63,13 @@ ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
   return out.shot;
 }
 
+fusion::CameraIntrinsics read_lens(const std::string& path) {
+  const ShotCalibration found = read_shot_calibration({path});
+  if (!found.intrinsics)
+    throw config::ConfigError(path + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
+  return *found.intrinsics;
+}
+
 fusion::CameraIntrinsics fit_to_image(const fusion::CameraIntrinsics& lens, const std::string& lens_file, int width,
                                       int height, const std::string& image_file, OtherSize other) {
   fusion::CameraIntrinsics out = lens;

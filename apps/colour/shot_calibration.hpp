@@ -22,6 +22,9 @@ struct ShotCalibration {
 /// else YAML. docs/colour.md lists what they may hold. Throws config::ConfigError with file and key.
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths);
 
+/// Returns the lens of one file. Throws config::ConfigError, also if it has none.
+fusion::CameraIntrinsics read_lens(const std::string& path);
+
 /// What to do with an image whose size is not that of its lens.
 enum class OtherSize {
   Refuse,  ///< report an error

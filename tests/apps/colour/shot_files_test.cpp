@@ -1,5 +1,7 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -433,6 +435,31 @@ TEST_F(Shot, CloudsInTheFormatsOfOthers) {
   }
 }
 
+/// Points measured in an image whose lens another program has calibrated.
+TEST_F(Shot, MountTakesThePublishedLens) {
+  write_file(
+      dir / "ros.yaml",
+      "image_width: 160\nimage_height: 120\ncamera_matrix: {rows: 3, cols: 3, data: [100, 0, 79.5, 0, 100, 59.5, "
+      "0, 0, 1]}\ndistortion_model: plumb_bob\ndistortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n");
+  const auto mount = [&](double off_px) {
+    std::string csv = "u_px,v_px,x_m,y_m,z_m\n";
+    for (int i = 0; i < 12; ++i) {
+      const double x = 4 + i % 5, y = 0.3 * (i % 7) - 1, z = 0.25 * (i % 4) - 0.5;
+      csv +=
+          fmt::format("{},{},{},{},{}\n", 79.5 - 100 * y / x + (i % 2 ? off_px : -off_px), 59.5 - 100 * z / x, x, y, z);
+    }
+    write_file(dir / "points.csv", csv);
+    return run({"calibrate", "mount", "--points", dir / "points.csv", "--lens", dir / "ros.yaml", "--sigma-px", "0.1",
+                "--sigma-point-m", "0", "--out", dir / "mount"});
+  };
+  const Ran ran = mount(0);
+  ASSERT_EQ(ran.status, 0) << ran.said;
+  EXPECT_EQ(ran.said.find("allow"), std::string::npos) << ran.said;
+  ASSERT_EQ(colour("image.png", {"lens.yaml", "mount/lens.yaml"}).status, 0);
+  EXPECT_NEAR(extra(cloud()[0], "image_u"), 67.0, 1e-3);
+  EXPECT_NE(mount(0.5).said.find("times as much as --sigma-px and --sigma-point-m allow"), std::string::npos);
+}
+
 /// Rows of float32 say nothing of their length. Those of 3, 5 or 6 numbers whose size fits rows of 4 as well were read
 /// as rows of 4: wrong places, and status 0.
 TEST_F(Shot, RowsOfFloatsOfAnyLength) {
@@ -460,6 +487,38 @@ TEST_F(Shot, RowsOfFloatsOfAnyLength) {
         EXPECT_NEAR(extra(points[100], "column_5"), 0.04, 1e-6);
       }
     }
+}
+
+/// A pose has its rotation in a few digits, which must not move a cloud that is far from its origin.
+TEST_F(Shot, ACloudInCoordinatesOfAMap) {
+  const Eigen::Vector3d origin(455123.25, 5428765.5, 212.75);
+  // Turned by 0.3 rad, with five digits.
+  const Eigen::Matrix3d R{{0.29552, -0.95534, 0}, {0, 0, -1}, {0.95534, 0.29552, 0}};
+  const Eigen::Vector3d t = -R * origin;
+  std::string pcd =
+      "VERSION 0.7\nFIELDS x y z scalar_Intensity\nSIZE 8 8 8 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 5\nHEIGHT "
+      "1\nPOINTS 5\nDATA ascii\n";
+  for (const LaserPoint& p : kPoints) {
+    const Eigen::Vector3d at =
+        Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(p.x, p.y, p.z) + origin;
+    pcd += fmt::format("{:.6f} {:.6f} {:.6f} {}\n", at.x(), at.y(), at.z(), p.intensity);
+  }
+  write_file(dir / "map.pcd", pcd);
+  std::string text;
+  for (int row = 0; row < 3; ++row) text += fmt::format("{} {} {} {:.9f}\n", R(row, 0), R(row, 1), R(row, 2), t[row]);
+  write_file(dir / "pose.txt", text + "0 0 0 1\n");
+  cloud_file = "map.pcd";
+  const Ran ran = colour("image.png", {"lens.yaml", "pose.txt"});
+  ASSERT_EQ(ran.status, 0) << ran.said;
+  EXPECT_NEAR(extra(cloud()[0], "image_u"), 67.0, 0.01);
+  EXPECT_NEAR(extra(cloud()[0], "image_v"), 64.5, 0.01);
+  EXPECT_NE(ran.said.find("its intensity is the cloud's scalar_Intensity times 257"), std::string::npos) << ran.said;
+
+  // The rings of a scanner are seen from its place.
+  const Ran refused = run({"calibrate", "mount", "--image", dir / "image.png", "--cloud", dir / "map.pcd", "--lens",
+                           dir / "lens.yaml", "--start", dir / "pose.txt"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_NE(refused.said.find("as in coordinates of a map"), std::string::npos) << refused.said;
 }
 
 }  // namespace
