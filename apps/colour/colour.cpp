@@ -200,7 +200,7 @@ int colour(const ColourOptions& options) {
                  .c_str(),
              stdout);
   if (options.compare) std::fputs((jpg_path.string() + "\n").c_str(), stdout);
-  std::fputs(notes_text(*written).c_str(), stdout);
+  std::fputs((calibration.lens_note + notes_text(*written)).c_str(), stdout);
   std::fputs(outline_text(placed->points, untested, tested).c_str(), stdout);
   if (coloured == 0)
     log_error(

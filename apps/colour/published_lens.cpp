@@ -5,9 +5,13 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
+#include <string_view>
 
+#include "apps/colour/other_lens.hpp"
 #include "config/section.hpp"
 
 namespace hueline::apps {
@@ -17,6 +21,105 @@ using Pose = Transform<Lens, Scanner>;
 
 bool is_fisheye_model(const std::string& model) {
   return model == "equidistant" || model == "equi" || model == "fisheye";
+}
+
+constexpr double kMostOff_px = 1;  // of the nearest lens from a published one
+
+/// The lens models that hueline does not compute with, by their names in the files, and how many numbers of shape they
+/// have.
+struct OtherModel {
+  const char* name;
+  std::size_t shape;
+  LensRadius (*radius)(double angle, const Numbers& shape, const Numbers& distortion);
+};
+
+/// Returns what k1 and k2 make of a radius.
+LensRadius with_k1_k2(double m, const Numbers& distortion) {
+  const auto k = [&](std::size_t i) { return i < distortion.size() ? distortion[i] : 0.0; };
+  return {m, m * (1 + m * m * (k(0) + m * m * k(1)))};
+}
+
+constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();
+
+/// Mei's model (ICRA 2007): omni of Kalibr, MEI of camodocal, omnidir of OpenCV.
+LensRadius omni_radius(double angle, const Numbers& shape, const Numbers& distortion) {
+  const double z = std::cos(angle) + shape[0];
+  return z > 0 ? with_k1_k2(std::sin(angle) / z, distortion) : LensRadius{kUnseen, kUnseen};
+}
+
+/// The double sphere of Usenko et al. (3DV 2018).
+LensRadius double_sphere_radius(double angle, const Numbers& shape, const Numbers& /*distortion*/) {
+  const double z = std::cos(angle) + shape[0], d = std::hypot(std::sin(angle), z),
+               m = std::sin(angle) / (shape[1] * d + (1 - shape[1]) * z);
+  return {m, m};
+}
+
+/// The extended unified model of Khomutenko et al. (2016).
+LensRadius eucm_radius(double angle, const Numbers& shape, const Numbers& /*distortion*/) {
+  const double s = std::sin(angle), c = std::cos(angle), d = std::sqrt(shape[1] * s * s + c * c),
+               m = s / (shape[0] * d + (1 - shape[0]) * c);
+  return {m, m};
+}
+
+/// The field-of-view model of Devernay and Faugeras (2001).
+LensRadius fov_radius(double angle, const Numbers& /*shape*/, const Numbers& distortion) {
+  const double w = distortion[0], m = std::tan(angle);
+  if (!(angle < 1.55)) return {kUnseen, kUnseen};
+  return {m, std::atan(2 * m * std::tan(w / 2)) / w};
+}
+
+/// k1 k2 p1 p2 k3 k4 k5 k6 of OpenCV.
+LensRadius rational_radius(double angle, const Numbers& /*shape*/, const Numbers& k) {
+  if (!(angle < 1.55)) return {kUnseen, kUnseen};
+  const double m = std::tan(angle), q = m * m, below = 1 + q * (k[5] + q * (k[6] + q * k[7]));
+  return {m, below > 0 ? m * (1 + q * (k[0] + q * (k[1] + q * k[4]))) / below : kUnseen};
+}
+
+constexpr std::array<OtherModel, 5> kOtherModels{{{"omni", 1, omni_radius},
+                                                  {"ds", 2, double_sphere_radius},
+                                                  {"eucm", 2, eucm_radius},
+                                                  {"fov", 0, fov_radius},
+                                                  {"rational", 0, rational_radius}}};
+
+/// Returns the model of a lens that is none of hueline's, with all its numbers; null if it is one, or not read.
+const OtherModel* other_model(const PublishedLens& lens) {
+  const Numbers& k = lens.distortion;
+  const bool is_rational = lens.shape.empty() && !is_fisheye_model(lens.model) && k.size() >= 8 &&
+                           std::any_of(k.begin() + 5, k.begin() + 8, [](double v) { return v != 0; });
+  for (const OtherModel& one : kOtherModels) {
+    const std::string name = one.name;
+    const std::size_t most = name == "omni" ? 4 : name == "rational" ? 8 : name == "fov" ? 1 : 0;
+    if (name == "rational" ? !is_rational : lens.model != name || lens.shape.size() != one.shape) continue;
+    if (name == "fov" && (k.empty() || !(k[0] > 0.01 && k[0] < 3))) continue;
+    if (std::any_of(k.begin() + static_cast<std::ptrdiff_t>(std::min(most, k.size())), k.end(),
+                    [](double v) { return v != 0; }))
+      continue;
+    return &one;
+  }
+  return nullptr;
+}
+
+/// Takes the lens of hueline's that is nearest to a lens of another model.
+void take_other_lens(const PublishedLens& lens, const OtherModel& model, const Matrix3& K, const std::string& file,
+                     ShotCalibration& out) {
+  OtherLens other{lens.width, lens.height, {K(0, 0), K(1, 1)}, {K(0, 2), K(1, 2)}, {}};
+  other.radius = [&](double angle) { return model.radius(angle, lens.shape, lens.distortion); };
+  const bool has_tangential = std::string_view(model.name) != "fov" && lens.distortion.size() >= 4;
+  if (has_tangential) other.p1 = lens.distortion[2], other.p2 = lens.distortion[3];
+  if (lens.width == 0 || lens.height == 0)
+    throw config::ConfigError(fmt::format(
+        "{}: the size of the image is missing, and a lens of the model {} is not read without", file, model.name));
+  const auto found = nearest_lens(other);
+  if (!found || !(found->worst_px <= kMostOff_px))
+    throw config::ConfigError(fmt::format(
+        "{}: the lens of the model {} is read as the nearest one of brown or kannala_brandt, but that is {} from it",
+        file, model.name, found ? fmt::format("{:.1f} px", found->worst_px) : std::string("too far")));
+  out.intrinsics = found->intrinsics;
+  out.lens_file = file;
+  out.lens_note = fmt::format(
+      "the lens of {} has the model {}; the {} nearest to it is used, which is at most {:.2f} px from it\n", file,
+      model.name, found->intrinsics.model == fusion::LensModel::Brown ? "brown lens" : "kannala_brandt lens",
+      found->worst_px);
 }
 
 }  // namespace
@@ -55,7 +158,7 @@ void check_model(const std::string& file, const std::string& model) {
   if (is_fisheye_model(model) || std::ranges::find(known, model) != known.end()) return;
   throw config::ConfigError(
       fmt::format("{}: the lens model {} is not read; allowed: plumb_bob, radtan, "
-                  "rational_polynomial with k4 to k6 of 0, equidistant, fisheye, none",
+                  "rational_polynomial, equidistant, fisheye, none, and of Kalibr omni, ds, eucm and fov",
                   file, model));
 }
 
@@ -68,6 +171,7 @@ void take_lens(const PublishedLens& lens, const std::string& file, const std::st
     throw config::ConfigError(where + " is no camera matrix: its rows are fx 0 cx, 0 fy cy, 0 0 1");
   if (std::abs(K(0, 1)) > 1e-6 * K(0, 0))
     throw config::ConfigError(fmt::format("{} has a skew of {} px, which the lens model has not", where, K(0, 1)));
+  if (const OtherModel* other = other_model(lens)) return take_other_lens(lens, *other, K, file, out);
   check_model(file, lens.model);
   const bool is_fisheye = is_fisheye_model(lens.model);
   const std::size_t most = is_fisheye ? 4 : 5;

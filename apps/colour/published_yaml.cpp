@@ -69,7 +69,10 @@ bool read_matrices(const std::string& path, const YAML::Node& root, ShotCalibrat
     if (!model.empty()) lens.model = lower_case(root[model].as<std::string>());
     // OpenCV's programs of calibration.
     if (root["fisheye_model"] && number_of<int>(root["fisheye_model"]) != 0) lens.model = "fisheye";
-    if (root["xi"] && number_of<double>(root["xi"]) != 0) lens.model = "omnidirectional (xi)";
+    if (root["xi"] && number_of<double>(root["xi"]) != 0) {
+      lens.model = "omni";
+      lens.shape = {number_of<double>(root["xi"])};
+    }
     if (!width.empty()) lens.width = pixels(root[width]);
     if (!height.empty()) lens.height = pixels(root[height]);
     if (const YAML::Node size = root["ImageSize"]; size && size.IsSequence() && size.size() == 2) {
@@ -90,17 +93,64 @@ bool read_kalibr(const std::string& path, const YAML::Node& root, ShotCalibratio
   if (!camera || !camera.IsMap() || !camera["intrinsics"]) return false;
   const Numbers focal = numbers_of(camera["intrinsics"]);
   const std::string model = camera["camera_model"] ? camera["camera_model"].as<std::string>() : "";
-  if (focal.size() != 4 || model != "pinhole")
+  const std::string distortion = camera["distortion_model"] ? camera["distortion_model"].as<std::string>() : "";
+  const std::size_t shape = model == "omni" ? 1 : model == "ds" || model == "eucm" ? 2 : 0;
+  const bool is_none = distortion.empty() || distortion == "none";
+  const bool is_read =
+      model == "pinhole" || (model == "omni" && (distortion == "radtan" || is_none)) || (shape == 2 && is_none);
+  if (!is_read || focal.size() != shape + 4)
     throw config::ConfigError(path +
-                              ": cam0 is read if its camera_model is pinhole and its intrinsics are fu, fv, pu, pv");
-  PublishedLens lens{.K = camera_matrix(focal), .distortion = {}, .model = {}};
-  if (camera["distortion_coeffs"]) lens.distortion = numbers_of(camera["distortion_coeffs"]);
-  if (camera["distortion_model"]) lens.model = camera["distortion_model"].as<std::string>();
+                              ": cam0 is read if its camera_model is pinhole, omni with radtan, ds or eucm, and its "
+                              "intrinsics are those of the model: the last are fu, fv, pu, pv");
+  const auto split = focal.begin() + static_cast<std::ptrdiff_t>(shape);
+  PublishedLens lens{.K = camera_matrix({split, focal.end()}),
+                     .distortion = {},
+                     .model = shape == 0 ? distortion : model,
+                     .shape = {focal.begin(), split}};
+  if (camera["distortion_coeffs"] && distortion != "none") lens.distortion = numbers_of(camera["distortion_coeffs"]);
   if (const YAML::Node size = camera["resolution"]; size && size.IsSequence() && size.size() == 2) {
     lens.width = pixels(size[0]);
     lens.height = pixels(size[1]);
   }
   take_lens(lens, path, "cam0", out);
+  if (root["cam1"]) out.lens_note += fmt::format("{} has several cameras; the lens is that of cam0\n", path);
+  return true;
+}
+
+/// Reads what camodocal writes, and with it KITTI-360 and VINS: the models MEI, PINHOLE and KANNALA_BRANDT.
+bool read_camodocal(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
+  const YAML::Node projection = root["projection_parameters"], type = root["model_type"];
+  if (!projection || !projection.IsMap() || !type || !type.IsScalar()) return false;
+  const std::string model = lower_case(type.Scalar());
+  const auto numbers = [&](const YAML::Node& node, std::initializer_list<const char*> keys) {
+    Numbers found;
+    for (const char* key : keys) {
+      if (!node || !node.IsMap() || !node[key])
+        throw config::ConfigError(fmt::format("{}: {} is missing in the parameters of {}", path, key, type.Scalar()));
+      found.push_back(number_of<double>(node[key]));
+    }
+    return found;
+  };
+  PublishedLens lens;
+  if (model == "mei") {
+    lens.model = "omni";
+    lens.shape = numbers(root["mirror_parameters"], {"xi"});
+    lens.K = camera_matrix(numbers(projection, {"gamma1", "gamma2", "u0", "v0"}));
+    lens.distortion = numbers(root["distortion_parameters"], {"k1", "k2", "p1", "p2"});
+  } else if (model == "pinhole") {
+    lens.K = camera_matrix(numbers(projection, {"fx", "fy", "cx", "cy"}));
+    lens.distortion = numbers(root["distortion_parameters"], {"k1", "k2", "p1", "p2"});
+  } else if (model == "kannala_brandt") {
+    lens.model = "equidistant";
+    lens.K = camera_matrix(numbers(projection, {"mu", "mv", "u0", "v0"}));
+    lens.distortion = numbers(projection, {"k2", "k3", "k4", "k5"});
+  } else {
+    throw config::ConfigError(
+        fmt::format("{}: model_type {} is not read; allowed: MEI, PINHOLE, KANNALA_BRANDT", path, type.Scalar()));
+  }
+  if (root["image_width"]) lens.width = pixels(root["image_width"]);
+  if (root["image_height"]) lens.height = pixels(root["image_height"]);
+  take_lens(lens, path, "projection_parameters", out);
   return true;
 }
 
@@ -122,7 +172,7 @@ bool read_published_yaml(const std::string& path, CalibrationParts& out) {
     // A program that keeps its settings in the same file has the lens in a part of its own.
     const YAML::Node camera = root["camera"];
     const bool has_part = camera && camera.IsMap() && read_matrices(path, camera, out.shot);
-    return has_matrices || has_part || read_kalibr(path, root, out.shot);
+    return has_matrices || has_part || read_kalibr(path, root, out.shot) || read_camodocal(path, root, out.shot);
   } catch (const YAML::Exception& e) {
     throw config::ConfigError(fmt::format("{}:{}: {}", path, e.mark.line + 1, e.msg));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 
 #include "apps/colour/published_calibration.hpp"
@@ -20,7 +21,7 @@ void read_own_yaml(const std::string& path, ShotCalibration& out) {
     throw config::ConfigError(
         path +
         ": holds no calibration that is read: lens or T_lens_scanner of this program; camera_matrix (ROS, OpenCV), "
-        "CameraMat or CameraExtrinsicMat (Autoware), cam0 (Kalibr)");
+        "CameraMat or CameraExtrinsicMat (Autoware), cam0 (Kalibr), projection_parameters (camodocal)");
   if (root.has("lens")) {
     out.intrinsics = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
     out.lens_file = path;
@@ -52,6 +53,7 @@ ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
     if (one.shot.intrinsics) {
       out.shot.intrinsics = one.shot.intrinsics;
       out.shot.lens_file = one.shot.lens_file;
+      out.shot.lens_note = one.shot.lens_note;
     }
     if (one.T_lens_first) out.T_lens_first = one.T_lens_first;
     if (!one.shot.T_lens_scanner && !one.T_first_scanner) continue;
@@ -67,6 +69,7 @@ fusion::CameraIntrinsics read_lens(const std::string& path) {
   const ShotCalibration found = read_shot_calibration({path});
   if (!found.intrinsics)
     throw config::ConfigError(path + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
+  std::fputs(found.lens_note.c_str(), stdout);
   return *found.intrinsics;
 }
 

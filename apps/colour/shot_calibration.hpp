@@ -15,6 +15,7 @@ namespace hueline::apps {
 struct ShotCalibration {
   std::optional<fusion::CameraIntrinsics> intrinsics;  ///< width and height are 0 if the file gives no size
   std::string lens_file;                               ///< the file that held the lens
+  std::string lens_note;  ///< what a user must know of how it was read, a line; mostly empty
   std::optional<Transform<Lens, Scanner>> T_lens_scanner;
 };
 
@@ -22,7 +23,8 @@ struct ShotCalibration {
 /// else YAML. docs/colour.md lists what they may hold. Throws config::ConfigError with file and key.
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths);
 
-/// Returns the lens of one file. Throws config::ConfigError, also if it has none.
+/// Returns the lens of one file, and prints what a user must know of it. Throws config::ConfigError, also if it has
+/// none.
 fusion::CameraIntrinsics read_lens(const std::string& path);
 
 /// What to do with an image whose size is not that of its lens.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
@@ -320,11 +321,16 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
   const std::string matrix = "camera_matrix: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n";
   for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
            {matrix + "distortion_model: double_sphere\n", "the lens model double_sphere is not read"},
-           {matrix + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 0.5, 0, 0]}\n", "has 8 numbers of distortion"},
+           {matrix + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 0.5, 0, 0]}\n",
+            "the size of the image is missing"},
+           {matrix + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 0, 0, 0, 0.1]}\n", "has 9 numbers of distortion"},
            {matrix + "distortion_coeffs: {k1: 0.1, k2: 0}\n", "distortion_coeffs is no list of numbers"},
            {matrix + "model: DOUBLE_SPHERE\n", "the lens model DOUBLE_SPHERE is not read"},
            {"model_type: PINHOLE\nfx: 100\n", "holds no calibration that is read"},
-           {matrix + "xi: 1.2\n", "the lens model omnidirectional (xi) is not read"},
+           {matrix + "xi: 1.2\n", "a lens of the model omni is not read without"},
+           {"cam0: {camera_model: ds, distortion_model: radtan, intrinsics: [0, 0.6, 9, 9, 9, 9]}\n",
+            "cam0 is read if"},
+           {"model_type: SCARAMUZZA\nprojection_parameters: {a: 1}\n", "model_type SCARAMUZZA is not read"},
            {"camera_matrix: [100, 0, 79.5]\n", "camera_matrix has 3 numbers"},
            {"camera_matrix: [a, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n", "lens.yaml:1: 'a' is no number"},
            {"CameraExtrinsicMat: {data: [1, 2]}\n", "CameraExtrinsicMat has 2 numbers; allowed: 12 or 16"}}) {
@@ -432,6 +438,98 @@ TEST_F(Shot, CloudsInTheFormatsOfOthers) {
     const Ran ran = colour("image.png");
     EXPECT_EQ(ran.status, 3) << name;
     EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
+  }
+}
+
+/// Lenses of models that hueline does not compute with. The pixels here are those of the models' own formulas.
+TEST_F(Shot, LensesOfOtherModels) {
+  using Plane = std::function<Eigen::Vector2d(double x, double y, double z)>;
+  const auto radtan = [](Eigen::Vector2d m, double k1, double k2, double p1, double p2) -> Eigen::Vector2d {
+    const double q = m.squaredNorm(), radial = 1 + q * (k1 + q * k2);
+    return {m.x() * radial + 2 * p1 * m.x() * m.y() + p2 * (q + 2 * m.x() * m.x()),
+            m.y() * radial + p1 * (q + 2 * m.y() * m.y()) + 2 * p2 * m.x() * m.y()};
+  };
+  const auto norm = [](double x, double y, double z) { return std::sqrt(x * x + y * y + z * z); };
+  struct Model {
+    std::string name, text;
+    double focal, centre, widest_deg, most_px;
+    Plane plane;
+  };
+  const std::vector<Model> models = {
+      // The left fisheye of KITTI-360.
+      {"omni",
+       "%YAML:1.0\n---\nmodel_type: MEI\nimage_width: 1400\nimage_height: 1400\nmirror_parameters: {xi: 2.2134}\n"
+       "distortion_parameters: {k1: 0.0168, k2: 1.6549, p1: 4.2e-4, p2: 4.2e-4}\n"
+       "projection_parameters: {gamma1: 1336, gamma2: 1336, u0: 716.9, v0: 716.9}\n",
+       1336, 716.9, 95, 0.7,
+       [&](double x, double y, double z) {
+         const double d = norm(x, y, z), below = z / d + 2.2134;
+         return radtan({x / d / below, y / d / below}, 0.0168, 1.6549, 4.2e-4, 4.2e-4);
+       }},
+      {"ds",
+       "cam0: {camera_model: ds, distortion_model: none, distortion_coeffs: [], intrinsics: [-0.2, 0.59, 380, 380, "
+       "700, 700], resolution: [1400, 1400]}\ncam1: {}\n",
+       380, 700, 90, 0.5,
+       [&](double x, double y, double z) -> Eigen::Vector2d {
+         const double z1 = z - 0.2 * norm(x, y, z), below = 0.59 * norm(x, y, z1) + 0.41 * z1;
+         return {x / below, y / below};
+       }},
+      {"eucm",
+       "cam0: {camera_model: eucm, distortion_model: none, distortion_coeffs: [], intrinsics: [0.6, 1.1, 400, 400, "
+       "700, 700], resolution: [1400, 1400]}\n",
+       400, 700, 85, 0.5,
+       [](double x, double y, double z) -> Eigen::Vector2d {
+         const double below = 0.6 * std::sqrt(1.1 * (x * x + y * y) + z * z) + 0.4 * z;
+         return {x / below, y / below};
+       }},
+      {"fov",
+       "cam0: {camera_model: pinhole, distortion_model: fov, distortion_coeffs: [0.93], intrinsics: [600, 600, 700, "
+       "700], resolution: [1400, 1400]}\n",
+       600, 700, 50, 0.5,
+       [](double x, double y, double z) -> Eigen::Vector2d {
+         const double m = std::hypot(x, y) / z, r = m > 0 ? std::atan(2 * m * std::tan(0.465)) / 0.93 / m : 1;
+         return {r * x / z, r * y / z};
+       }},
+      // The colour camera of an Azure Kinect.
+      {"rational",
+       "image_width: 1400\nimage_height: 1400\ncamera_matrix: [900, 0, 700, 0, 900, 700, 0, 0, 1]\n"
+       "distortion_model: rational_polynomial\ndistortion_coefficients: [0.58, -2.77, 6.0e-4, 1.0e-4, 1.58, 0.46, "
+       "-2.58, 1.50]\n",
+       900, 700, 35, 0.5, [](double x, double y, double z) -> Eigen::Vector2d {
+         const double a = x / z, b = y / z, q = a * a + b * b;
+         const double r = (1 + q * (0.58 + q * (-2.77 + q * 1.58))) / (1 + q * (0.46 + q * (-2.58 + q * 1.5)));
+         return {a * r + 2 * 6e-4 * a * b + 1e-4 * (q + 2 * a * a), b * r + 6e-4 * (q + 2 * b * b) + 2e-4 * a * b};
+       }}};
+  ASSERT_TRUE(storage::write_png(dir / "large.png", storage::RgbImage(1400, 1400, {9, 9, 9})).ok());
+  for (const Model& model : models) {
+    SCOPED_TRACE(model.name);
+    std::vector<Eigen::Vector3d> places;
+    std::string bytes;
+    for (int i = 0; i < 64; ++i) {
+      const double angle = model.widest_deg * M_PI / 180 * (i + 1) / 64, turn = 2.4 * i;
+      const Eigen::Vector3d p(10 * std::sin(angle) * std::cos(turn), 10 * std::sin(angle) * std::sin(turn),
+                              10 * std::cos(angle));
+      // The lens looks along the scanner's x axis.
+      const std::array<float, 4> row = {static_cast<float>(p.z()), static_cast<float>(-p.x()),
+                                        static_cast<float>(-p.y()), 1};
+      bytes.append(reinterpret_cast<const char*>(row.data()), sizeof row);
+      places.push_back(p);
+    }
+    write_file(dir / "fan.bin", bytes);
+    write_file(dir / "other.yaml", model.text);
+    cloud_file = "fan.bin";
+    const Ran ran = colour("large.png", {"other.yaml", "mounting.yaml"});
+    ASSERT_EQ(ran.status, 0) << ran.said;
+    EXPECT_NE(ran.said.find("has the model " + model.name), std::string::npos) << ran.said;
+    EXPECT_EQ(ran.said.find("the lens is that of cam0") != std::string::npos, model.name == "ds") << ran.said;
+    const auto points = cloud();
+    ASSERT_EQ(points.size(), places.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector2d pixel = model.focal * model.plane(places[i].x(), places[i].y(), places[i].z()) +
+                                    Eigen::Vector2d::Constant(model.centre);
+      const Eigen::Vector2d found(extra(points[i], "image_u"), extra(points[i], "image_v"));
+      EXPECT_LT((found - pixel).norm(), model.most_px) << "point " << i << " at " << pixel.transpose();
+    }
   }
 }
 
