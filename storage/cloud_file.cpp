@@ -17,6 +17,7 @@
 namespace hueline::storage {
 namespace {
 
+constexpr std::string_view kNpy = "\x93NUMPY";
 constexpr float kFarthest_m = 1e4F;  // of a return, on each axis
 
 struct PlyType {
@@ -210,6 +211,46 @@ Result<PcdCloud> decode_float_rows(std::span<const std::byte> bytes, const std::
   return decode_points(header, bytes, name);
 }
 
+Result<PcdCloud> decode_npy(std::span<const std::byte> bytes, const std::string& name) {
+  constexpr std::size_t kLead = 10, kFewest = 3;
+  constexpr std::size_t kMost = 32;  // columns; an array with more is no list of points
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto wrong = [&](const char* what) { return Error{ErrorCode::Malformed, fmt::format("{}: {}", name, what)}; };
+  if (text.size() < kLead + 2 || !text.starts_with(kNpy)) return wrong("no NumPy array, or cut in its header");
+  // Version 1 states the length of the header in 2 bytes, later ones in 4.
+  const std::size_t width = bytes[6] == std::byte{1} ? 2 : 4;
+  std::size_t length = 0;
+  for (std::size_t i = 0; i < width; ++i) length += std::to_integer<std::size_t>(bytes[8 + i]) << (8 * i);
+  if (length > text.size() - 8 - width) return wrong("cut in the header of a NumPy array");
+  const std::string_view header = text.substr(8 + width, length);
+  const bool is_float32 = header.find("'<f4'") != std::string_view::npos;
+  const std::size_t shape = header.find("'shape': (");
+  std::string numbers(shape == std::string_view::npos ? "" : header.substr(shape + 10));
+  numbers.erase(std::min(numbers.find(')'), numbers.size()));
+  std::ranges::replace(numbers, ',', ' ');
+  const auto words = pcd_words(numbers);
+  PcdHeader table;
+  std::size_t columns = 0;
+  if ((!is_float32 && header.find("'<f8'") == std::string_view::npos) ||
+      header.find("'fortran_order': False") == std::string_view::npos || words.size() != 2 ||
+      !parse_pcd_number(words[0], table.points) || !parse_pcd_number(words[1], columns) || columns < kFewest ||
+      columns > kMost)
+    return Error{
+        ErrorCode::Unsupported,
+        fmt::format("{}: a NumPy array of this kind is not read: {}; a row for each point is wanted, x, y, z and "
+                    "what follows, of float32 or float64 in C's order",
+                    name, header.substr(0, std::min(header.find_last_not_of(" \n") + 1, std::size_t{200})))};
+  table.encoding = PcdEncoding::Binary;
+  table.fields = {"x", "y", "z", "intensity"};
+  table.fields.resize(std::min(columns, table.fields.size()));
+  while (table.fields.size() < columns) table.fields.push_back(fmt::format("column_{}", table.fields.size() + 1));
+  table.sizes.assign(columns, is_float32 ? sizeof(float) : sizeof(double));
+  table.counts.assign(columns, 1);
+  table.types.assign(columns, 'F');
+  table.data_begin = 8 + width + length;
+  return decode_points(table, bytes, name);
+}
+
 Result<PcdCloud> read_cloud(const std::string& path) {
   std::array<char, 4> first{};
   {
@@ -225,6 +266,7 @@ Result<PcdCloud> read_cloud(const std::string& path) {
   if (!text.ok()) return text.error();
   const auto bytes = std::as_bytes(std::span(*text));
   if (is_ply(beginning)) return decode_ply(bytes, path);
+  if (std::string_view(*text).starts_with(kNpy)) return decode_npy(bytes, path);
   if (path.ends_with(".bin")) return decode_float_rows(bytes, path);
   return decode_pcd(bytes, path);
 }

@@ -253,8 +253,9 @@ void add_calibrate_mount(Command& calibrate) {
   command.setting("--far-m", options->far_m, "a result farther than this from the rig's place is refused",
                   {.least = 0.001, .most = 1000});
   command.option("--image", options->image, "without targets: an image; needs --cloud, --lens and --start");
-  command.option("--cloud", options->cloud,
-                 "with --image: the laser's cloud of the same moment (PCD, PLY, LAS or .bin, with x, y, z, intensity)");
+  command.option(
+      "--cloud", options->cloud,
+      "with --image: the laser's cloud of the same moment (PCD, PLY, LAS, .bin or .npy, with x, y, z, intensity)");
   command.option("--start", options->start,
                  "with --image: pose of the laser, wrong by at most --search-deg: YAML with T_lens_scanner:, or "
                  "another file that hueline colour reads");

@@ -146,6 +146,7 @@ int calibrate_shot(const ShotFiles& files) {
                               "lists)");
   // The file of the lens may hold a part of the pose.
   const ShotCalibration start = read_shot_calibration({files.lens, files.start});
+  std::fputs(start.pose_note.c_str(), stdout);
   const auto shot = read_shot(files, lens);
   if (!shot.ok()) {
     log_error(shot.error().message);

@@ -200,7 +200,7 @@ int colour(const ColourOptions& options) {
                  .c_str(),
              stdout);
   if (options.compare) std::fputs((jpg_path.string() + "\n").c_str(), stdout);
-  std::fputs((calibration.lens_note + notes_text(*written)).c_str(), stdout);
+  std::fputs((calibration.lens_note + calibration.pose_note + notes_text(*written)).c_str(), stdout);
   std::fputs(outline_text(placed->points, untested, tested).c_str(), stdout);
   if (coloured == 0)
     log_error(
@@ -216,8 +216,9 @@ void add_colour(Command& all) {
   Command command = all.command(
       "colour", "colour one laser cloud from one image of the same moment, and draw the points over the image");
   command.required("IMAGE", options->image, "image file, PNG or JPEG");
-  command.required("CLOUD", options->cloud,
-                   "points in the laser's frame: PCD, PLY, LAS, or rows of float32 of KITTI and nuScenes (.bin)");
+  command.required(
+      "CLOUD", options->cloud,
+      "points in the laser's frame: PCD, PLY, LAS, rows of float32 of KITTI and nuScenes (.bin), or NumPy (.npy)");
   command.required("CALIBRATION", options->calibration,
                    "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, or files of "
                    "ROS, OpenCV, Autoware, Kalibr, KITTI, SensorsCalibration and others (docs/colour.md)");

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <sstream>
@@ -81,6 +82,17 @@ NamedNumbers named_numbers(const std::string& path) {
   return out;
 }
 
+/// Returns whether the name of a file says that its matrix leads from the camera to the laser, as that of KITTI-360's
+/// calib_cam_to_velo.txt does.
+bool is_from_camera(const std::string& path) {
+  const std::string name = lower_case(std::filesystem::path(path).filename().string());
+  for (const char* camera : {"cam", "camera"})
+    for (const char* to : {"_to_", "2"})
+      for (const char* laser : {"velo", "lidar", "laser"})
+        if (name.find(fmt::format("{}{}{}", camera, to, laser)) != std::string::npos) return true;
+  return false;
+}
+
 /// Matrices without names tell what they are by their size: 9 numbers are K, 12 or 16 T, and 4 or 5 under a title that
 /// begins with "dist" the distortion.
 void read_unnamed(const std::string& path, const std::map<std::string, Numbers>& matrices, ShotCalibration& out) {
@@ -91,7 +103,10 @@ void read_unnamed(const std::string& path, const std::map<std::string, Numbers>&
     } else if (title.starts_with("dist") && (values.size() == 4 || values.size() == 5)) {
       lens.distortion = values;
     } else {
-      out.T_lens_scanner = pose_of(values, path + ": the matrix" + (title.empty() ? "" : " " + title));
+      const Pose found = pose_of(values, path + ": the matrix" + (title.empty() ? "" : " " + title));
+      out.T_lens_scanner = is_from_camera(path) ? turned_round(found) : found;
+      if (is_from_camera(path))
+        out.pose_note = path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
     }
   }
   if (!lens.K.empty()) take_lens(lens, path, "the camera matrix", out);

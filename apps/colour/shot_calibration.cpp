@@ -58,6 +58,7 @@ ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
     if (one.T_lens_first) out.T_lens_first = one.T_lens_first;
     if (!one.shot.T_lens_scanner && !one.T_first_scanner) continue;
     out.shot.T_lens_scanner = one.shot.T_lens_scanner;
+    out.shot.pose_note = one.shot.pose_note;
     out.T_first_scanner = one.T_first_scanner;
   }
   if (out.T_first_scanner)

@@ -17,6 +17,7 @@ struct ShotCalibration {
   std::string lens_file;                               ///< the file that held the lens
   std::string lens_note;  ///< what a user must know of how it was read, a line; mostly empty
   std::optional<Transform<Lens, Scanner>> T_lens_scanner;
+  std::string pose_note;  ///< the same of the pose
 };
 
 /// Reads all files; a later file overrides an earlier one. The ending of the name decides the format: .json, .txt, or

@@ -125,6 +125,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd")))
     return inspect_cloud(path, "PCD");
   if (storage::is_ply(head)) return inspect_cloud(path, "PLY");
+  if (begins("\x93NUMPY"sv)) return inspect_cloud(path, "NumPy array");
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
@@ -144,11 +145,14 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   for (const drivers::DeviceType* type : types)
     if (const drivers::DeviceFiles::Log& log = type->files.log; log.format)
       logs += fmt::format("{} ({}), ", log.format, log.ending);
-  return {nullptr, Error{ErrorCode::Unsupported,
-                         fmt::format("{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
-                                     "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin), {}CAN logs (.asc, .blf, "
-                                     ".trc, candump -L, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
-                                     path, logs)}};
+  return {
+      nullptr,
+      Error{ErrorCode::Unsupported,
+            fmt::format(
+                "{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
+                "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin) and of NumPy (.npy), {}CAN logs (.asc, .blf, "
+                ".trc, candump -L, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
+                path, logs)}};
 }
 
 }  // namespace hueline::apps

@@ -85,6 +85,7 @@ void read_all(const std::string& file) {
   check(decode_pcd(bytes, "fuzz"), bytes.size());
   check(decode_ply(bytes, "fuzz"), bytes.size());
   check(decode_float_rows(bytes, "fuzz"), bytes.size());
+  check(decode_npy(bytes, "fuzz"), bytes.size());
   const test::MemoryFile in_memory(file);
   check_scan(in_memory.path(), {}, bytes.size());
   for (const ScanFormat format : {ScanFormat::Text, ScanFormat::Float32, ScanFormat::Las})

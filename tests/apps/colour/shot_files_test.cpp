@@ -587,6 +587,57 @@ TEST_F(Shot, RowsOfFloatsOfAnyLength) {
     }
 }
 
+/// Arrays of NumPy, with a row for each point.
+TEST_F(Shot, CloudsOfNumpy) {
+  const auto write = [&](const std::string& descr, const std::string& shape, const std::string& data) {
+    std::string header = fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': ({}), }}", descr, shape);
+    header.resize(118, ' ');
+    write_file(dir / "cloud.npy", std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + data);
+    cloud_file = "cloud.npy";
+  };
+  std::string floats, doubles;
+  for (const LaserPoint& p : kPoints)
+    for (const float value : {p.x, p.y, p.z, p.intensity, 0.5F}) {
+      const double wide = value;
+      floats.append(reinterpret_cast<const char*>(&value), sizeof value);
+      doubles.append(reinterpret_cast<const char*>(&wide), sizeof wide);
+    }
+  for (const bool is_wide : {false, true}) {
+    write(is_wide ? "'<f8'" : "'<f4'", "5, 5", is_wide ? doubles : floats);
+    const Ran ran = colour("image.png");
+    ASSERT_EQ(ran.status, 0) << ran.said;
+    EXPECT_EQ(cloud().size(), 5u);
+    EXPECT_NEAR(cloud()[1].x, kPoints[1].x, 1e-6);
+    EXPECT_EQ(extra(cloud()[1], "cloud_intensity"), 255);
+    EXPECT_EQ(extra(cloud()[1], "column_5"), 0.5);
+    EXPECT_NE(run({"inspect", dir / cloud_file}).said.find("NumPy array"), std::string::npos);
+  }
+  for (const auto& [descr, shape, said] :
+       std::vector<std::array<std::string, 3>>{{"'<i4'", "5, 5", "of this kind is not read: {'descr': '<i4'"},
+                                               {"[('x', '<f4')]", "5,", "of this kind is not read"},
+                                               {"'<f4'", "25,", "of this kind is not read"},
+                                               {"'<f4'", "6, 5", "holds 100 bytes of points; its header needs 120"}}) {
+    write(descr, shape, floats);
+    const Ran ran = colour("image.png");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
+  }
+}
+
+/// KITTI-360 gives the pose of the camera in the laser's frame; only the name of the file says so.
+TEST_F(Shot, APoseFromCameraToLaser) {
+  write_file(dir / "calib_cam_to_velo.txt", "0 0 1 0.5 -1 0 0 0.25 0 -1 0 0\n");
+  write_file(dir / "calib_velo_to_cam.txt", "0 -1 0 0.25 0 0 -1 0 1 0 0 -0.5\n");
+  ASSERT_EQ(colour("image.png", {"lens.yaml", "calib_velo_to_cam.txt"}).status, 0);
+  const double u = extra(cloud()[0], "image_u"), v = extra(cloud()[0], "image_v");
+  EXPECT_GT(u, 0);
+  const Ran ran = colour("image.png", {"lens.yaml", "calib_cam_to_velo.txt"});
+  ASSERT_EQ(ran.status, 0) << ran.said;
+  EXPECT_NE(ran.said.find("was turned round"), std::string::npos) << ran.said;
+  EXPECT_NEAR(extra(cloud()[0], "image_u"), u, 1e-4);
+  EXPECT_NEAR(extra(cloud()[0], "image_v"), v, 1e-4);
+}
+
 /// A pose has its rotation in a few digits, which must not move a cloud that is far from its origin.
 TEST_F(Shot, ACloudInCoordinatesOfAMap) {
   const Eigen::Vector3d origin(455123.25, 5428765.5, 212.75);
