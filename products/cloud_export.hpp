@@ -42,9 +42,10 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
 /// Errors: those of LasReader; Io.
 Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::filesystem::path& out);
 
-/// Writes a LAS or LAZ cloud as E57 (ASTM E2807): one scan in the cloud's own coordinates, with intensity, return,
-/// colours of 8 bits, and times in seconds after the first point's if the cloud has absolute times. `software` is told
-/// in the file. Memory: a batch of points. Errors: those of LasReader; Io.
+/// Writes a LAS or LAZ cloud as E57 (ASTM E2807): one scan in the cloud's coordinates, counted in metres, with
+/// intensity, return, colours of 8 bits, and times in seconds after the earliest point's if the cloud has absolute
+/// times (it is then read twice). `software` is told in the file. Memory: a batch of points. Errors: those of LasReader
+/// and crs_in_metres(); Io.
 Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                  const std::string& software);
 

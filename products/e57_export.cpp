@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -14,6 +16,22 @@ namespace {
 
 using storage::LasPoint;
 
+/// Returns the earliest time of a cloud's points, as stored, infinity if none has one, and begins the cloud again.
+/// It is not the first point's where the points stand in the order of an octree.
+Result<double> earliest_time(storage::LasReader& reader) {
+  double out = std::numeric_limits<double>::infinity();
+  std::vector<LasPoint> points;
+  while (true) {
+    const Status read = reader.next(points, kPointsAtOnce);
+    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    for (const LasPoint& p : points)
+      if (const double time = p.time.value_or(out); time < out) out = time;
+    if (!read || points.empty()) break;
+  }
+  reader.rewind();
+  return out;
+}
+
 }  // namespace
 
 Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::filesystem::path& out,
@@ -23,12 +41,16 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   E57Scan scan;
   scan.name = cloud.stem().string();
   scan.software = software;
-  const Result<std::string> crs = storage::crs_wkt(*reader);
-  if (!crs) return crs.error();
-  scan.crs = *crs;
+  const Result<storage::CrsInMetres> crs = storage::crs_in_metres(*reader);
+  if (!crs) return Error{crs.error().code, cloud.string() + ": " + crs.error().message};
+  scan.crs = crs->wkt;
   scan.has_colour = reader->has_colour();
   scan.has_intensity = true;
-  const bool has_time = (reader->header().global_encoding & storage::kLasAdjustedTime) != 0;
+  // The standard counts times from the scan's beginning, and none is before it.
+  const bool may_have_time = (reader->header().global_encoding & storage::kLasAdjustedTime) != 0;
+  const Result<double> first = may_have_time ? earliest_time(*reader) : std::numeric_limits<double>::infinity();
+  if (!first) return first.error();
+  const bool has_time = std::isfinite(*first);
   using Type = E57Field::Type;
   std::vector<E57Field> fields{{"cartesianX", Type::Double}, {"cartesianY", Type::Double}, {"cartesianZ", Type::Double},
                                {"intensity", Type::U16},     {"returnIndex", Type::U8},    {"returnCount", Type::U8}};
@@ -44,7 +66,7 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   ExportedCloud done;
   std::vector<LasPoint> points;
   storage::Bytes bytes;
-  double first = 0, last = 0;  // adjusted standard GPS time of the first point, and the latest
+  double last = *first;
   while (true) {
     const Status read = reader->next(points, kPointsAtOnce);
     if (!read && read.error().code != ErrorCode::Truncated) return read.error();
@@ -52,7 +74,7 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
     if (points.empty()) break;
     for (const LasPoint& p : points) {
       bytes.clear();
-      const double place[] = {p.x, p.y, p.z};
+      const std::array<double, 3> place{p.x * crs->metres, p.y * crs->metres, p.z * crs->up_metres};
       for (std::size_t i = 0; i < 3; ++i) {
         scan.minimum[i] = std::min(scan.minimum[i], place[i]);
         scan.maximum[i] = std::max(scan.maximum[i], place[i]);
@@ -66,17 +88,16 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
         for (const std::uint16_t one : {p.red, p.green, p.blue})
           storage::append(bytes, static_cast<std::uint8_t>(*has_byte_colours ? one : one >> 8));
       if (has_time) {
-        const double time = p.time.value_or(0);
-        if (file->points() == 0) first = last = time;
+        const double time = p.time.value_or(*first);
         last = std::max(last, time);
-        storage::append(bytes, time - first);
+        storage::append(bytes, time - *first);
       }
       if (Status written = file->add(bytes); !written) return written.error();
     }
   }
   constexpr double kAdjustment_s = 1e9;  // of adjusted standard GPS time
   if (has_time && file->points() > 0) {
-    scan.begin_s = first + kAdjustment_s;
+    scan.begin_s = *first + kAdjustment_s;
     scan.end_s = last + kAdjustment_s;
   }
   done.points = file->points();

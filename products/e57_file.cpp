@@ -30,11 +30,12 @@ void append_checksum(Bytes& page) {
   for (const int shift : {24, 16, 8, 0}) page.push_back(static_cast<std::byte>(sum >> shift));
 }
 
-/// XML 1.0 has no control characters.
+/// XML 1.0 has no control characters, and what is not UTF-8 makes the whole description unreadable.
 std::string xml_text(const std::string& text) {
   std::string kept;
-  std::copy_if(text.begin(), text.end(), std::back_inserter(kept),
-               [](char c) { return static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t'; });
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t') kept += c == '\t' ? ' ' : c;
+  kept = printable(kept, LineEnds::Keep);
   return as_markup(kept);
 }
 

@@ -22,4 +22,15 @@ Result<CrsUnit> crs_unit(const LasReader& cloud);
 /// Empty if it has neither, or keys that describe a CRS of their own. Error and thread safety: those of crs_unit().
 Result<std::string> crs_wkt(const LasReader& cloud);
 
+/// What makes metres of a cloud's coordinates.
+struct CrsInMetres {
+  double metres = 1;     ///< of a step of 1 along x or y
+  double up_metres = 1;  ///< of a step of 1 along z: that of the vertical CRS, or without one that of x and y
+  std::string wkt;       ///< the CRS that counts in metres; empty if it is not known
+};
+
+/// Returns how to count a cloud's coordinates in metres. A CRS in metres stays as crs_wkt() has it. Errors: those of
+/// crs_unit(); Invalid if the coordinates are longitude and latitude. Thread safety: that of crs_unit().
+Result<CrsInMetres> crs_in_metres(const LasReader& cloud);
+
 }  // namespace hueline::storage

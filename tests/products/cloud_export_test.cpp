@@ -228,6 +228,104 @@ TEST(ExportCopc, TakesPointsThatAllHaveOnePlace) {
   EXPECT_EQ(records_of(folder / "out.copc.laz").size(), 3000u);
 }
 
+/// Writes another CRS into a cloud of ours, in the room of the one that is there.
+void change_crs(const std::filesystem::path& path, std::string wkt) {
+  std::string bytes = contents(path);
+  const std::size_t at = bytes.find("COMPD_CS[");
+  ASSERT_NE(at, std::string::npos);
+  const auto size =
+      static_cast<unsigned char>(bytes[at - 34]) + std::size_t{256} * static_cast<unsigned char>(bytes[at - 33]);
+  ASSERT_LE(wkt.size(), size);
+  wkt.resize(size, '\0');
+  bytes.replace(at, size, wkt);
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+/// What is in an E57 file whose points fit into one packet.
+struct SmallE57 {
+  explicit SmallE57(const std::filesystem::path& path) {
+    const std::string file = contents(path);
+    std::string bytes;  // without the checksums of the pages
+    for (std::size_t at = 0; at < file.size(); at += 1024) bytes += file.substr(at, 1020);
+    xml = bytes.substr(bytes.find("<?xml"));
+    std::uint16_t streams = 0;
+    std::memcpy(&streams, bytes.data() + 80 + 4, 2);
+    std::size_t at = 80 + 6 + std::size_t{2} * streams;
+    for (std::size_t i = 0; i < streams; ++i) {
+      std::uint16_t size = 0;
+      std::memcpy(&size, bytes.data() + 80 + 6 + 2 * i, 2);
+      if (i < 3 || i + 1 == streams) {
+        std::vector<double>& out = i < 3 ? place[i] : times;
+        out.resize(size / sizeof(double));
+        std::memcpy(out.data(), bytes.data() + at, size);
+      }
+      at += size;
+    }
+  }
+  /// The number in the first element of that name behind `after`.
+  double number(const std::string& name, const std::string& after = "<e57Root") const {
+    const std::size_t at = xml.find("<" + name + " ", xml.find(after));
+    return at == std::string::npos ? -1 : std::stod(xml.substr(xml.find('>', at) + 1));
+  }
+  std::string xml;
+  std::vector<double> place[3], times;
+};
+
+TEST(ExportE57, CountsInMetresAndFromTheEarliestPoint) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "feet.las", 40);
+  const std::string geographic =
+      R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+  change_crs(
+      folder / "feet.las",
+      R"(COMPD_CS["both",PROJCS["map in feet",)" + geographic +
+          R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",9],PARAMETER["scale_factor",1],PARAMETER["false_easting",3937],PARAMETER["false_northing",0],UNIT["US survey foot",0.304800609601219]],VERT_CS["heights",VERT_DATUM["a datum",2005],UNIT["foot",0.3048]]])");
+  // The first point is the latest, as in the order of an octree.
+  std::string bytes = contents(folder / "feet.las");
+  std::uint32_t first = 0;
+  std::memcpy(&first, bytes.data() + 96, 4);
+  double time = 0;
+  std::memcpy(&time, bytes.data() + first + 22, 8);
+  time += 20;
+  std::memcpy(bytes.data() + first + 22, &time, 8);
+  std::ofstream(folder / "feet.las", std::ios::binary) << bytes;
+
+  auto done = export_e57(folder / "feet.las", folder / "feet.e57", "a program");
+  ASSERT_TRUE(done) << done.error().message;
+  const SmallE57 e57(folder / "feet.e57");
+  std::vector<LasPoint> points;
+  ASSERT_TRUE(LasReader::open(folder / "feet.las")->next(points));
+  ASSERT_EQ(points.size(), 40u);
+  ASSERT_EQ(e57.times.size(), 40u);
+  double earliest = time;
+  for (const LasPoint& p : points) earliest = std::min(earliest, *p.time);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(e57.place[0][i], points[i].x * 1200 / 3937, 1e-6);
+    EXPECT_NEAR(e57.place[1][i], points[i].y * 1200 / 3937, 1e-6);
+    EXPECT_NEAR(e57.place[2][i], points[i].z * 0.3048, 1e-9);
+    EXPECT_NEAR(e57.times[i], *points[i].time - earliest, 1e-9);
+    EXPECT_GE(e57.times[i], 0);
+  }
+  EXPECT_NEAR(e57.number("xMinimum"), *std::min_element(e57.place[0].begin(), e57.place[0].end()), 1e-9);
+  EXPECT_NEAR(e57.number("dateTimeValue", "<acquisitionStart"), earliest + 1e9, 1e-6);
+  EXPECT_NEAR(e57.number("dateTimeValue", "<acquisitionEnd"), time + 1e9, 1e-6);
+  EXPECT_NE(e57.xml.find("UNIT[&quot;metre&quot;,1"), std::string::npos) << e57.xml;
+  EXPECT_NE(e57.xml.find("&quot;false_easting&quot;,1200]"), std::string::npos) << e57.xml;
+  EXPECT_EQ(e57.xml.find("foot"), std::string::npos) << e57.xml;
+
+  write_cloud(folder / "degrees.las", 40);
+  change_crs(folder / "degrees.las", geographic);
+  EXPECT_EQ(export_e57(folder / "degrees.las", folder / "degrees.e57", "").error().code, ErrorCode::Invalid);
+  EXPECT_FALSE(std::filesystem::exists(folder / "degrees.e57"));
+}
+
+TEST(ExportE57, IsReadableWhateverTheCloudIsCalled) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "M\xfcnchen.las", 10);
+  ASSERT_TRUE(export_e57(folder / "M\xfcnchen.las", folder / "out.e57", "a program"));
+  EXPECT_NE(SmallE57(folder / "out.e57").xml.find("M\\xfcnchen"), std::string::npos);
+}
+
 TEST(Export, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_EQ(export_laz(folder / "none.las", folder / "out.laz", {}).error().code, ErrorCode::Io);
