@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/angle.hpp"
 #include "core/utc_text.hpp"
 #include "products/cloud_split.hpp"
 #include "products/text_file.hpp"
@@ -12,7 +16,48 @@
 namespace hueline::products {
 namespace {
 
-/// From a projected CRS to longitude and latitude on its own datum, deg.
+using Place = std::array<double, 2>;  // longitude and latitude, deg
+using Ring = std::vector<Place>;      // its last place is the first
+
+/// Returns the part of a convex ring on one side of the meridian `at`, turned so that it lies between -180 and 180 deg.
+Ring beside(const Ring& ring, double at, bool is_east, double turn) {
+  Ring out;
+  const auto is_in = [&](const Place& place) { return is_east ? place[0] >= at : place[0] <= at; };
+  for (std::size_t i = 0; i + 1 < ring.size(); ++i) {
+    const auto &a = ring[i], &b = ring[i + 1];
+    if (is_in(a)) out.push_back({a[0] + turn, a[1]});
+    if (is_in(a) != is_in(b) && a[0] != at && b[0] != at)
+      out.push_back({at + turn, a[1] + (b[1] - a[1]) * (at - a[0]) / (b[0] - a[0])});
+  }
+  if (!out.empty()) out.push_back(out.front());
+  return out;
+}
+
+/// Cuts a ring at the date line (RFC 7946, 3.1.9), which viewers would otherwise draw around the Earth.
+std::vector<Ring> cut_at_date_line(Ring ring) {
+  double least = ring[0][0], most = least;
+  for (Place& place : ring) {
+    if (place[0] - ring[0][0] > 180) place[0] -= 360;
+    if (place[0] - ring[0][0] < -180) place[0] += 360;
+    least = std::min(least, place[0]);
+    most = std::max(most, place[0]);
+  }
+  const double line = least < -180 ? -180 : 180;
+  if (least >= -180 && most <= 180) return {std::move(ring)};
+  std::vector<Ring> out;
+  if (least < line) out.push_back(beside(ring, line, false, line < 0 ? 360 : 0));
+  if (most > line) out.push_back(beside(ring, line, true, line < 0 ? 0 : -360));
+  return out;
+}
+
+std::string text_of(const Ring& ring) {
+  std::string out = "[[";
+  for (const auto& [longitude, latitude] : ring)
+    out += fmt::format("{}[{:.8f},{:.8f}]", out.size() > 2 ? "," : "", longitude, latitude);
+  return out + "]]";
+}
+
+/// From a projected CRS to longitude (from Greenwich) and latitude on its own datum, deg.
 class ToGeographic {
  public:
   explicit ToGeographic(const std::string& wkt) {
@@ -28,18 +73,30 @@ class ToGeographic {
     if (!datum) return;
     const storage::ProjObject operation(
         proj_create_crs_to_crs_from_pj(context_.get(), flat.get(), datum.get(), nullptr, nullptr));
-    if (operation) operation_.reset(proj_normalize_for_visualization(context_.get(), operation.get()));
+    if (!operation) return;
+    operation_.reset(proj_normalize_for_visualization(context_.get(), operation.get()));
+    // Some count from another meridian than that of Greenwich, and in grads: the French ones from Paris.
+    double unit = 0;
+    const storage::ProjObject axes(proj_crs_get_coordinate_system(context_.get(), datum.get()));
+    if (axes && proj_cs_get_axis_info(context_.get(), axes.get(), 0, nullptr, nullptr, nullptr, &unit, nullptr, nullptr,
+                                      nullptr) != 0)
+      degrees_ = unit * kDegPerRad;
+    double meridian = 0;
+    const storage::ProjObject prime(proj_get_prime_meridian(context_.get(), datum.get()));
+    if (prime && proj_prime_meridian_get_parameters(context_.get(), prime.get(), &meridian, &unit, nullptr) != 0)
+      meridian_ = meridian * unit * kDegPerRad;
   }
   Status database() const { return context_.database(); }
   explicit operator bool() const { return operation_ != nullptr; }
-  std::array<double, 2> operator()(double x, double y) const {
+  Place operator()(double x, double y) const {
     const PJ_COORD out = proj_trans(operation_.get(), PJ_FWD, proj_coord(x, y, 0, 0));
-    return {out.v[0], out.v[1]};
+    return {std::remainder(out.v[0] * degrees_ + meridian_, 360), out.v[1] * degrees_};
   }
 
  private:
   storage::ProjContext context_;
   storage::ProjObject operation_;
+  double degrees_ = 1, meridian_ = 0;  // of a unit of the CRS's angles; east of Greenwich
 };
 
 }  // namespace
@@ -57,14 +114,16 @@ Result<bool> write_part_index(const std::filesystem::path& path, const std::vect
     file->add("{\"type\":\"Feature\",\"geometry\":");
     const auto& [low, high] = std::pair(part.minimum, part.maximum);
     if (to_geographic) {
-      file->add("{\"type\":\"Polygon\",\"coordinates\":[[");
-      const std::array<std::array<double, 2>, 5> corners{
-          {{low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}, {low[0], low[1]}}};
-      for (std::size_t k = 0; k < corners.size(); ++k) {
-        const auto [longitude, latitude] = to_geographic(corners[k][0], corners[k][1]);
-        file->add(fmt::format("{}[{:.8f},{:.8f}]", k == 0 ? "" : ",", longitude, latitude));
-      }
-      file->add("]]}");
+      Ring ring;
+      for (const auto& [x, y] : std::array<std::array<double, 2>, 5>{
+               {{low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}, {low[0], low[1]}}})
+        ring.push_back(to_geographic(x, y));
+      const std::vector<Ring> rings = cut_at_date_line(std::move(ring));
+      if (rings.size() == 1)
+        file->add(fmt::format("{{\"type\":\"Polygon\",\"coordinates\":{}}}", text_of(rings[0])));
+      else
+        file->add(
+            fmt::format("{{\"type\":\"MultiPolygon\",\"coordinates\":[{},{}]}}", text_of(rings[0]), text_of(rings[1])));
     } else {
       file->add("null");
     }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "storage/las_reader.hpp"
@@ -157,6 +158,54 @@ TEST_F(Split, TheIndexSaysWhereAndWhen) {
     EXPECT_FALSE(*write_part_index(folder_ / "bare.geojson", done.parts, crs));
     EXPECT_TRUE(nlohmann::json::parse(std::ifstream(folder_ / "bare.geojson"))["features"][0]["geometry"].is_null());
   }
+}
+
+/// A Mercator map on WGS84's ellipsoid, of the meridian `central`.
+std::string mercator(const std::string& geographic, const std::string& central) {
+  return "PROJCS[\"a map\"," + geographic + ",PROJECTION[\"Mercator_1SP\"],PARAMETER[\"central_meridian\"," + central +
+         "],PARAMETER[\"scale_factor\",1],PARAMETER[\"false_easting\",0],PARAMETER[\"false_northing\",0]," +
+         "UNIT[\"metre\",1]]";
+}
+constexpr const char* kDatum = R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)";
+
+TEST_F(Split, TheIndexIsCutAtTheDateLine) {
+  CloudPart part;
+  part.minimum = {-111.3194908, 0, 0};
+  part.maximum = {222.6389816, 111, 0};
+  const std::string greenwich = std::string(kDatum) + R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+  const auto geometry = [&](const std::string& wkt) {
+    EXPECT_TRUE(*write_part_index(folder_ / "index.geojson", {part}, wkt));
+    return nlohmann::json::parse(std::ifstream(folder_ / "index.geojson"))["features"][0]["geometry"];
+  };
+  const auto bounds = [](const nlohmann::json& ring) {
+    double least = ring[0][0], most = least;
+    for (const auto& place : ring) {
+      least = std::min<double>(least, place[0]);
+      most = std::max<double>(most, place[0]);
+    }
+    EXPECT_EQ(ring.size(), 5u);
+    EXPECT_EQ(ring.front(), ring.back());
+    return std::pair(least, most);
+  };
+  const auto expect = [&](const nlohmann::json& ring, double least, double most) {
+    EXPECT_NEAR(bounds(ring).first, least, 2e-8);
+    EXPECT_NEAR(bounds(ring).second, most, 2e-8);
+  };
+  const auto across = geometry(mercator(greenwich, "180"));
+  EXPECT_EQ(across["type"], "MultiPolygon");
+  expect(across["coordinates"][0][0], 179.999, 180);
+  expect(across["coordinates"][1][0], -180, -179.998);
+  part.minimum[0] = 0;
+  const auto beside = geometry(mercator(greenwich, "180"));
+  EXPECT_EQ(beside["type"], "Polygon");
+  expect(beside["coordinates"][0], -180, -179.998);
+  part.minimum[0] = -222.6389816;
+  part.maximum[0] = -111.3194908;
+  expect(geometry(mercator(greenwich, "-180"))["coordinates"][0], 179.998, 179.999);
+  // Angles in grads from Paris are degrees from Greenwich here.
+  const auto ring = geometry(mercator(
+      std::string(kDatum) + R"(PRIMEM["Paris",2.5969213],UNIT["grad",0.015707963267949]])", "100"))["coordinates"][0];
+  expect(ring, 90 + 2.33722917 - 0.002, 90 + 2.33722917 - 0.001);
 }
 
 TEST_F(Split, SaysWhatIsWrong) {
