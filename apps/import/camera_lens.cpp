@@ -39,29 +39,35 @@ Axis axis_of(std::uint32_t whole, std::uint32_t begin, std::uint32_t part, std::
   return {double(size), double(begin), double(part == 0 ? size : part), double(std::max(binning, 1u)), double(sent)};
 }
 
-/// Makes a lens without a size, and throws as take_lens().
-fusion::CameraIntrinsics plain_lens(PublishedLens said) {
+/// Makes a lens, and throws as take_lens(). Adds to `remark` what a user must know of it.
+fusion::CameraIntrinsics made_lens(const PublishedLens& said, std::string& remark) {
   ShotCalibration out;
   take_lens(said, "its CameraInfo", "K", out);
+  if (!out.lens_note.empty()) remark += "; " + out.lens_note.substr(0, out.lens_note.find('\n'));
   return *out.intrinsics;
 }
 
-/// Makes the lens of a whole image. Where its distortion is not read it has none, and `why` says so. Throws as
-/// take_lens() if the matrix is not one of a camera.
-fusion::CameraIntrinsics whole_lens(const CameraFacts& facts, bool is_rectified, std::string& why) {
+/// Makes the lens of a whole image of `width` x `height` px. Where its distortion is not read it has none, and `why`
+/// says so. Throws as take_lens() if the matrix is not one of a camera.
+fusion::CameraIntrinsics whole_lens(const CameraFacts& facts, bool is_rectified, std::uint32_t width,
+                                    std::uint32_t height, ImportedLens& out) {
   PublishedLens said;
   said.K.assign(facts.K.begin(), facts.K.end());
+  said.width = facts.width == 0 ? width : facts.width;
+  said.height = facts.height == 0 ? height : facts.height;
   if (is_rectified) {
     if (facts.P[0] > 0) said.K = {facts.P[0], 0, facts.P[2], 0, facts.P[5], facts.P[6], 0, 0, 1};
-    return plain_lens(said);
+    return made_lens(said, out.remark);
   }
-  const fusion::CameraIntrinsics plain = plain_lens(said);
-  said.model = facts.model;
+  const fusion::CameraIntrinsics plain = made_lens(said, out.remark);
+  // Drivers have words of their own for a fisheye, and call a projection through one point what has no model.
+  const std::string loose = loose_model(facts.model);
+  said.model = loose == "equidistant" ? loose : lower_case(facts.model) == "pinhole" ? "" : facts.model;
   said.distortion = facts.distortion;
   try {
-    return plain_lens(said);
+    return made_lens(said, out.remark);
   } catch (const config::ConfigError& e) {
-    why = e.what();
+    out.why = e.what();
     return plain;
   }
 }
@@ -192,13 +198,13 @@ ImportedLens lens_of(const CameraFacts* facts, bool is_rectified, std::uint32_t 
   if (!facts) return give_up("the recording does not say its calibration");
   if (!facts->why.empty()) return give_up("its CameraInfo is not used: " + facts->why);
   try {
-    out.lens = whole_lens(*facts, is_rectified, out.why);
+    out.lens = whole_lens(*facts, is_rectified, width, height, out);
   } catch (const config::ConfigError& e) {
     return give_up(e.what());
   }
   out.lens.width = width, out.lens.height = height;
   if (is_rectified) out.doubt = doubt_of(*facts);
-  if (is_rectified) out.remark = facts->P[0] > 0 ? "; the images are rectified, so it is that of P" : "";
+  if (is_rectified && facts->P[0] > 0) out.remark += "; the images are rectified, so it is that of P";
   fit(*facts, out);
   if (out.why.empty() && is_rectified && facts->P[0] <= 0)
     out.why = "its images are rectified, and its CameraInfo has no P: the values are those of K";

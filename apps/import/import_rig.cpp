@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/json_text.hpp"
 #include "core/printable.hpp"
@@ -282,14 +283,18 @@ std::string ImportRig::lens_text(const std::string& name, const std::string& fra
   forward.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   std::string remark = imported.why.empty() ? imported.remark : "NOT KNOWN: " + imported.why;
   if (!remark.empty()) remark = "  # " + printable(remark);
+  std::string distortion =
+      fmt::format("[{}]", fmt::join(lens.distortion.begin(), lens.distortion.begin() + (is_fisheye ? 4 : 5), ", "));
+  // A lens that was fitted to an image holds as far as the image reaches.
+  if (lens.max_angle != fusion::CameraIntrinsics().max_angle)
+    distortion += fmt::format("\n      max_angle_deg: {:.3f}", lens.max_angle / kRadPerDeg);
   return fmt::format(
       "    - name: {0}\n      camera: {0}\n      offset_px: [0, 0]\n      width: {1}\n      height: {2}\n      "
       "model: {3}{4}\n"
-      "      focal_px: [{5:.6f}, {6:.6f}]\n      principal_point_px: [{7:.6f}, {8:.6f}]\n      distortion: [{9}]\n"
+      "      focal_px: [{5:.6f}, {6:.6f}]\n      principal_point_px: [{7:.6f}, {8:.6f}]\n      distortion: {9}\n"
       "      T_head_lens: {10}{11}\n",
       name, lens.width, lens.height, is_fisheye ? "kannala_brandt" : "brown", remark, lens.focal_px.x(),
-      lens.focal_px.y(), lens.principal_point_px.x(), lens.principal_point_px.y(),
-      fmt::join(lens.distortion.begin(), lens.distortion.begin() + (is_fisheye ? 4 : 5), ", "),
+      lens.focal_px.y(), lens.principal_point_px.x(), lens.principal_point_px.y(), distortion,
       mounting(place.value_or(forward)), where_from("T_head_lens", name, frame, place.has_value()));
 }
 

@@ -91,14 +91,45 @@ TEST(CameraLens, OfRectifiedImagesIsPWithoutDistortion) {
 
 TEST(CameraLens, TellsADistortionThatIsNotRead) {
   expect_matrix(lens({.model = "rational_polynomial", .distortion = {0.1, 0, 0, 0, 0, 0, 0, 0}}), 80, 81, 79.5, 60);
-  const auto eight = lens({.distortion = {0, 0, 0, 0, 0, 0.3, 0.1, 0}});
-  EXPECT_EQ(eight.why, "its CameraInfo: the lens has 8 numbers of distortion; its model has 5: k1 k2 p1 p2 k3");
-  EXPECT_EQ(eight.lens.focal_px.x(), 80) << "the matrix is known all the same";
+  const auto twelve = lens({.distortion = {0, 0, 0, 0, 0, 0, 0, 0, 0.3, 0.1, 0, 0}});
+  EXPECT_EQ(twelve.why, "its CameraInfo: the lens has 12 numbers of distortion; its model has 5: k1 k2 p1 p2 k3");
+  EXPECT_EQ(twelve.lens.focal_px.x(), 80) << "the matrix is known all the same";
   const auto other = lens({.model = "thin_prism", .distortion = {0.1}});
   EXPECT_NE(other.why.find("thin_prism is not read; allowed: plumb_bob"), std::string::npos) << other.why;
   const auto fisheye = lens({.model = "equidistant", .distortion = {0.1, 0.2, 0.3, 0.4}});
   EXPECT_EQ(fisheye.why, "");
   EXPECT_EQ(fisheye.lens.model, LensModel::KannalaBrandt);
+}
+
+TEST(CameraLens, OfTheRationalModelIsTheNearestOfOurs) {
+  // As depth cameras state theirs.
+  const std::vector<double> k{0.47, -2.46, 7e-4, -5e-4, 1.41, 0.35, -2.29, 1.34};
+  const auto found = lens({.model = "rational_polynomial", .distortion = k});
+  EXPECT_EQ(found.why, "");
+  EXPECT_TRUE(found.remark.starts_with("the lens of its CameraInfo has the model rational; the")) << found.remark;
+  const fusion::CameraModel model(found.lens);
+  for (const double x : {-0.9, -0.3, 0.0, 0.5, 0.95})
+    for (const double y : {-0.7, 0.0, 0.2, 0.7}) {
+      const double q = x * x + y * y;
+      const double radial = (1 + q * (k[0] + q * (k[1] + q * k[4]))) / (1 + q * (k[5] + q * (k[6] + q * k[7])));
+      const double u = x * radial + 2 * k[2] * x * y + k[3] * (q + 2 * x * x),
+                   v = y * radial + k[2] * (q + 2 * y * y) + 2 * k[3] * x * y;
+      const auto pixel = model.project({{x, y, 1}});
+      ASSERT_TRUE(pixel) << x << " " << y;
+      EXPECT_NEAR(pixel->x(), 80 * u + 79.5, 0.1) << x << " " << y;
+      EXPECT_NEAR(pixel->y(), 81 * v + 60, 0.1) << x << " " << y;
+    }
+}
+
+TEST(CameraLens, KnowsTheWordsThatDriversHaveForModels) {
+  for (const char* word : {"kannala_brandt", "KANNALA_BRANDT4", "opencv_fisheye", "Equidistant"}) {
+    const auto fisheye = lens({.model = word, .distortion = {0.1, 0.2, 0.3, 0.4}});
+    EXPECT_EQ(fisheye.why, "") << word;
+    EXPECT_EQ(fisheye.lens.model, LensModel::KannalaBrandt) << word;
+  }
+  const auto pinhole = lens({.model = "pinhole", .distortion = {-0.1, 0, 0, 0, 0}});
+  EXPECT_EQ(pinhole.why, "");
+  EXPECT_EQ(pinhole.lens.model, LensModel::Brown);
 }
 
 TEST(CameraLens, OfRectifiedImagesSaysHowTheirCameraIsPlaced) {
