@@ -24,7 +24,7 @@ constexpr double kUsualSigma_px = 1.0;  // Usual sigma of a corner's coordinate.
 
 struct CalibrateLensOptions {
   std::vector<std::string> images;
-  std::string board = "chessboard", size, model = "auto", out, dictionary = "DICT_4X4_50";
+  std::string board = "chessboard", size, model = "auto", out, dictionary;
   double spacing_m = 0.03, marker_m = 0.02;
   bool one_focal = false;
   std::string date;
@@ -32,16 +32,19 @@ struct CalibrateLensOptions {
 
 Board board_of(const CalibrateLensOptions& options) {
   Board board;
-  board.kind = options.board == "chessboard" ? BoardKind::Chessboard
-               : options.board == "circles"  ? BoardKind::AsymmetricCircles
-                                             : BoardKind::Charuco;
+  board.kind = options.board == "chessboard"  ? BoardKind::Chessboard
+               : options.board == "circles"   ? BoardKind::AsymmetricCircles
+               : options.board == "aprilgrid" ? BoardKind::AprilGrid
+                                              : BoardKind::Charuco;
   int read = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d%n", &board.columns, &board.rows, &read) != 2 ||
       static_cast<std::size_t>(read) != options.size.size())
     throw config::ConfigError(fmt::format("--size is '{}'; allowed: columns x rows, 9x6", options.size));
   board.spacing_m = options.spacing_m;
   board.marker_m = options.marker_m;
-  board.dictionary = options.dictionary;
+  board.dictionary = !options.dictionary.empty()          ? options.dictionary
+                     : board.kind == BoardKind::AprilGrid ? "DICT_APRILTAG_36h11"
+                                                          : "DICT_4X4_50";
   if (const std::string wrong = board.validate(); !wrong.empty()) throw config::ConfigError(wrong);
   return board;
 }
@@ -218,15 +221,21 @@ void add_calibrate_lens(Command& calibrate) {
       "lens",
       "find focal lengths, principal point and distortion of a lens, with their sigmas, from images of a board");
   command.required("IMAGES", options->images, "images of the board, or folders of them");
-  command.setting("--board", options->board, "type of the board", {"chessboard", "circles", "charuco"});
+  command.setting("--board", options->board, "type of the board", {"chessboard", "circles", "charuco", "aprilgrid"});
   command.option("--size", options->size,
                  "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares "
-                 "of a ChArUco board");
-  command.setting("--spacing-m", options->spacing_m, "edge of a square; circles: distance between two rows",
+                 "of a ChArUco board, tags of an AprilGrid");
+  command.setting(
+      "--spacing-m", options->spacing_m,
+      "edge of a square; circles: distance between two rows; aprilgrid: step from tag to tag, which is Kalibr's "
+      "tagSize x (1 + tagSpacing)",
+      {.least = 0.001, .most = 10});
+  command.setting("--marker-m", options->marker_m, "charuco, aprilgrid: edge of a marker (Kalibr's tagSize)",
                   {.least = 0.001, .most = 10});
-  command.setting("--marker-m", options->marker_m, "charuco: edge of a marker", {.least = 0.001, .most = 10});
-  command.setting("--dictionary", options->dictionary, "charuco: name of OpenCV's marker dictionary",
-                  marker_dictionaries());
+  command.setting(
+      "--dictionary", options->dictionary,
+      "name of OpenCV's marker dictionary; default: DICT_4X4_50 of charuco, DICT_APRILTAG_36h11 of aprilgrid",
+      marker_dictionaries());
   command.setting("--model", options->model,
                   "auto selects the model that best predicts views to which it was not fitted",
                   {"auto", "brown", "kannala_brandt"});

@@ -10,7 +10,7 @@
 /// Calibration boards, and the pixels at which images show their corners.
 namespace hueline::calibration {
 
-enum class BoardKind : std::uint8_t { Chessboard, AsymmetricCircles, Charuco };
+enum class BoardKind : std::uint8_t { Chessboard, AsymmetricCircles, Charuco, AprilGrid };
 
 /// A plane calibration board. Its frame has the origin at the first corner, x along the rows, y along the columns, and
 /// z = 0 on the board.
@@ -18,18 +18,20 @@ struct Board {
   BoardKind kind = BoardKind::Chessboard;
   /// Chessboard: number of inner corners each way. AsymmetricCircles: circles in a row, where every other row is
   /// shifted by half a step, and rows. Charuco: number of squares each way.
+  /// AprilGrid: number of tags each way.
   int columns = 9, rows = 6;
   /// Edge of a square, m. AsymmetricCircles: half the distance between neighbours in a row, which is also the distance
-  /// between rows.
+  /// between rows. AprilGrid: from an edge of a tag to the same edge of the next.
   double spacing_m = 0.03;
-  double marker_m = 0.02;                  ///< Charuco: edge of a marker, m
-  std::string dictionary = "DICT_4X4_50";  ///< Charuco: name of the dictionary in OpenCV's aruco module
+  double marker_m = 0.02;                  ///< Charuco, AprilGrid: edge of a marker, m
+  std::string dictionary = "DICT_4X4_50";  ///< Charuco, AprilGrid: name of the dictionary in OpenCV's aruco module
 
   /// Returns the first wrong setting with its allowed range, or an empty text.
   std::string validate() const;
   /// Returns the number of corners of the board.
   std::size_t corner_count() const;
-  /// Returns the place of a corner in the board's frame, m.
+  /// Returns the place of a corner in the board's frame, m. The corners of the tags of an AprilGrid are numbered tag by
+  /// tag: along x, then along y.
   Eigen::Vector3d corner(std::size_t index) const;
 };
 
@@ -62,11 +64,11 @@ std::vector<std::string> marker_dictionaries();
 
 /// Finds the corners of `board` in `image` and refines each by the grey levels around it: a chessboard by the gradient
 /// condition of cv::cornerSubPix, circles by their centres of gravity. The markers of a Charuco board identify its
-/// corners; its first square may be black or, with an even number of rows, white (OpenCV before 4.6). The corners of
-/// other boards may be numbered from either end (a half turn of the board), which does not change a lens calibration.
-/// Errors: Unavailable (the board is not completely visible; Charuco: fewer than 6 corners,
-/// or the markers are those of another board), Invalid (wrong board,
-/// image too small).
+/// corners; its first square may be black or, with an even number of rows, white (OpenCV before 4.6). The tags of an
+/// AprilGrid may have black borders of two bits (Kalibr) or one, and their rows may go up or down from the first. The
+/// corners of other boards may be numbered from either end (a half turn of the board), which does not change a lens
+/// calibration. Errors: Unavailable (the board is not completely visible; Charuco, AprilGrid: fewer than 6 corners, or
+/// the markers are those of another board), Invalid (wrong board, image too small).
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board);
 
 }  // namespace hueline::calibration

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "calibration/lens/find_board.hpp"
@@ -185,6 +186,98 @@ Result<std::vector<SeenCorner>> find_charuco(const cv::Mat& grey, const Board& b
   return out;
 }
 
+/// How the tags of an AprilGrid are printed.
+struct TagLayout {
+  std::size_t first = 0;  ///< the corner of a tag that OpenCV names first
+  bool rows_go_up = true;
+
+  /// Returns the number on the board of a tag's corner that OpenCV names as the n-th.
+  std::size_t corner(int id, std::size_t n) const {
+    const std::size_t clockwise = (n + first) % 4;  // from the left upper one, as the tag hangs on the board
+    const bool is_right = clockwise == 1 || clockwise == 2, is_upper = clockwise < 2;
+    return 4 * static_cast<std::size_t>(id) + (is_right ? 1 : 0) + (is_upper == rows_go_up ? 2 : 0);
+  }
+};
+
+/// Compares the places of the tags with those that the tags beside them give, as compare_layout().
+Layout compare_tags(const Board& board, const SeenMarkers& seen, const TagLayout& tags) {
+  const auto place = [&](int id, std::size_t n) {
+    const Eigen::Vector3d p = board.corner(tags.corner(id, n));
+    return cv::Point2f(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  };
+  Layout out;
+  for (std::size_t a = 0; a < seen.ids.size(); ++a) {
+    std::vector<cv::Point2f> on_board;
+    for (std::size_t n = 0; n < 4; ++n) on_board.push_back(place(seen.ids[a], n));
+    const cv::Matx33d H = cv::getPerspectiveTransform(seen.corners[a], on_board);
+    for (std::size_t b = 0; b < seen.ids.size(); ++b) {
+      const cv::Point2f away = place(seen.ids[b], 0) - place(seen.ids[a], 0);
+      if (std::abs(std::hypot(away.x, away.y) - board.spacing_m) > 0.01 * board.spacing_m) continue;
+      ++out.pairs;
+      bool is_right = true;
+      for (std::size_t n = 0; n < 4; ++n) {
+        const cv::Vec3d p = H * cv::Vec3d(seen.corners[b][n].x, seen.corners[b][n].y, 1);
+        const cv::Point2f wanted = place(seen.ids[b], n);
+        is_right &= std::hypot(p[0] / p[2] - wanted.x, p[1] / p[2] - wanted.y) < board.spacing_m / 4;
+      }
+      out.right += is_right;
+    }
+  }
+  return out;
+}
+
+/// Finds the corners of the tags of an AprilGrid.
+Result<std::vector<SeenCorner>> find_aprilgrid(const cv::Mat& grey, const Board& board) {
+  const auto known = dictionaries().find(board.dictionary);
+  if (known == dictionaries().end()) return Error{ErrorCode::Invalid, "unknown marker dictionary " + board.dictionary};
+  const auto dictionary = cv::aruco::getPredefinedDictionary(known->second);
+  SeenMarkers seen;
+  double border = 0;  // as a share of a tag's edge
+  for (const int border_bits : {2, 1}) {
+    const auto parameters = cv::aruco::DetectorParameters::create();
+    parameters->markerBorderBits = border_bits;
+    SeenMarkers found;
+    cv::aruco::detectMarkers(grey, dictionary, found.corners, found.ids, parameters);
+    if (found.ids.size() <= seen.ids.size()) continue;
+    seen = std::move(found);
+    border = static_cast<double>(border_bits) / (dictionary->markerSize + 2 * border_bits);
+  }
+  SeenMarkers tags;
+  for (std::size_t i = 0; i < seen.ids.size(); ++i)
+    if (seen.ids[i] < board.columns * board.rows) {
+      tags.ids.push_back(seen.ids[i]);
+      tags.corners.push_back(seen.corners[i]);
+    }
+  TagLayout layout;
+  Layout best;
+  for (std::size_t first = 0; first < 4; ++first)
+    for (const bool rows_go_up : {true, false})
+      if (const Layout one = compare_tags(board, tags, {first, rows_go_up});
+          one.right > best.right || best.pairs == 0) {
+        best = one;
+        layout = {first, rows_go_up};
+      }
+  if (best.pairs == 0 || best.share() < 0.5)
+    return Error{ErrorCode::Unavailable,
+                 fmt::format("{} tags of {}, of which {} of {} neighbours are where a board of {} x {} tags has them "
+                             "(--size is columns x rows) with tags of {:.3g} of their step (--marker-m, --spacing-m)",
+                             seen.ids.size(), board.dictionary, best.right, best.pairs, board.columns, board.rows,
+                             board.marker_m / board.spacing_m)};
+  std::vector<SeenCorner> out;
+  for (std::size_t i = 0; i < tags.ids.size(); ++i) {
+    std::vector<cv::Point2f>& corners = tags.corners[i];
+    double edge_px = 1e9;
+    for (std::size_t n = 0; n < 4; ++n) edge_px = std::min(edge_px, cv::norm(corners[n] - corners[(n + 1) % 4]));
+    // The window holds neither a bit of the tag nor the next tag.
+    const double clear = std::min(border, board.spacing_m / board.marker_m - 1);
+    const int half = std::clamp(static_cast<int>(edge_px * clear / 1.5), 2, 11);
+    cv::cornerSubPix(grey, corners, {half, half}, {-1, -1},
+                     {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
+    for (std::size_t n = 0; n < 4; ++n) out.push_back({layout.corner(tags.ids[i], n), {corners[n].x, corners[n].y}});
+  }
+  return out;
+}
+
 constexpr std::uint64_t kMostImageBytes = 1'000'000'000;
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;  // 16384 x 8192, a large panorama
 
@@ -267,6 +360,7 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
   std::vector<SeenCorner> out;
   try {
     if (board.kind == BoardKind::Charuco) return find_charuco(grey, board);
+    if (board.kind == BoardKind::AprilGrid) return find_aprilgrid(grey, board);
     std::vector<cv::Point2f> corners;
     const bool seen =
         board.kind == BoardKind::Chessboard

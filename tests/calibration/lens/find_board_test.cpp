@@ -95,6 +95,60 @@ TEST(FindBoard, RefusesTheMarkersOfAnotherBoard) {
   }
 }
 
+/// A grid of AprilTags with black squares at their corners, as Kalibr draws it: the first tag below on the left,
+/// borders of two bits. Or the first tag above, borders of one bit, tags turned by a quarter, and no squares.
+cv::Mat drawn_aprilgrid(int columns, int rows, bool as_kalibr) {
+  constexpr int kGap_px = 24, kStep_px = kSquare_px + kGap_px;
+  const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
+  cv::Mat out(rows * kStep_px + 2 * kMargin_px, columns * kStep_px + 2 * kMargin_px, CV_8UC1, cv::Scalar(255));
+  for (int id = 0; id < columns * rows; ++id) {
+    const int row = as_kalibr ? rows - 1 - id / columns : id / columns;
+    const cv::Point at(kMargin_px + id % columns * kStep_px, kMargin_px + row * kStep_px);
+    cv::Mat tag;
+    cv::aruco::drawMarker(dictionary, id, kSquare_px, tag, as_kalibr ? 2 : 1);
+    if (!as_kalibr) cv::rotate(tag, tag, cv::ROTATE_90_CLOCKWISE);
+    tag.copyTo(out(cv::Rect(at, tag.size())));
+    for (const int x : {-kGap_px, kSquare_px})
+      for (const int y : {-kGap_px, kSquare_px})
+        if (as_kalibr) out(cv::Rect(at + cv::Point(x, y), cv::Size(kGap_px, kGap_px))) = 0;
+  }
+  return out;
+}
+
+TEST(FindBoard, AprilGrid) {
+  constexpr double kStep_px = kSquare_px + 24;
+  const Board board{BoardKind::AprilGrid, 5, 4, kStep_px / 1000, kSquare_px / 1000.0, "DICT_APRILTAG_36h11"};
+  const cv::Matx33d H(0.9, 0.12, 10, -0.05, 0.95, 60, 1e-4, 2e-4, 1);
+  for (const bool as_kalibr : {true, false}) {
+    SCOPED_TRACE(as_kalibr ? "as Kalibr" : "rows that go down");
+    const cv::Mat drawing = drawn_aprilgrid(5, 4, as_kalibr);
+    cv::Mat tilted;
+    cv::warpPerspective(drawing, tilted, H, drawing.size(), cv::INTER_AREA, cv::BORDER_CONSTANT, cv::Scalar(255));
+    // A part of the board is enough.
+    for (const cv::Rect& seen : {cv::Rect({0, 0}, tilted.size()), cv::Rect(200, 0, tilted.cols - 200, tilted.rows)}) {
+      const auto found = find_board(image_of(tilted(seen)), board);
+      ASSERT_TRUE(found.ok()) << found.error().message;
+      EXPECT_GE(found->size(), seen.x == 0 ? 80u : 36u);
+      for (const SeenCorner& corner : *found) {
+        const Eigen::Vector3d at = board.corner(corner.index) * 1000;
+        // Kalibr's y goes up from the lower edge of the lowest tags.
+        const double y = as_kalibr ? 3 * kStep_px + kSquare_px - at.y() : at.y();
+        const cv::Vec3d p = H * cv::Vec3d(kMargin_px - 0.5 + at.x(), kMargin_px - 0.5 + y, 1);
+        const Eigen::Vector2d truth(p[0] / p[2] - seen.x, p[1] / p[2] - seen.y);
+        EXPECT_LT((corner.pixel - truth).norm(), 0.4) << "corner " << corner.index;
+      }
+    }
+  }
+  Board other = board;
+  std::swap(other.columns, other.rows);
+  EXPECT_THAT(find_board(image_of(drawn_aprilgrid(5, 4, true)), other).error().message,
+              testing::HasSubstr("--size is columns x rows"));
+  other = board;
+  other.marker_m = 0.04;
+  EXPECT_THAT(find_board(image_of(drawn_aprilgrid(5, 4, true)), other).error().message,
+              testing::HasSubstr("--marker-m, --spacing-m"));
+}
+
 /// Industrial cameras store 10 or 12 bits in the lower ones of 16.
 TEST(FindBoard, ReadsImagesOfTwelveBits) {
   const TemporaryFolder folder;
