@@ -28,8 +28,8 @@ Transform<Lens, Scanner> turned_round(const Transform<Lens, Scanner>& T_scanner_
 /// What a file says of a lens.
 struct PublishedLens {
   Numbers K, distortion;
-  std::string model;  ///< in the words of ROS, Kalibr or OpenCV; empty: k1 k2 p1 p2 [k3]
-  Numbers shape;      ///< of the models omni (xi), ds (xi, alpha) and eucm (alpha, beta)
+  std::string model;   ///< in the words of ROS, Kalibr or OpenCV; empty: k1 k2 p1 p2 [k3]
+  Numbers shape = {};  ///< of the models omni (xi), ds (xi, alpha) and eucm (alpha, beta)
   std::uint32_t width = 0, height = 0;
 };
 /// Checks that this is a lens whose model is read, and takes it. `key` is that of the camera matrix.
