@@ -42,16 +42,6 @@ int status_of_verdict(const runtime::Summary& summary) {
   return summary.verdict() && summary.verdict()->grade == runtime::Grade::Again ? kDriveAgain : kDone;
 }
 
-/// Calls `use` with the POS's solutions of the recording. What is damaged in it is reported when it is replayed.
-Status for_each_own_solution(const ReplayOptions& options, const std::function<void(const InsSolution&)>& use) {
-  auto recording = runtime::Recording::open(options.recording, options.rig);
-  if (!recording.ok()) return recording.error();
-  const Status read = runtime::for_each_solution(
-      recording->rig, [&](const auto& take) { return recording->for_each(take); }, use);
-  if (!read.ok()) log_warning("{}", read.error().message);
-  return {};
-}
-
 /// Compares the products with what is expected of them. Returns the exit status of the replay, whose own is `status`.
 int judge(const ReplayOptions& options, int status) {
   if (!options.write_expect.empty()) {
@@ -138,7 +128,7 @@ int replay(const ReplayOptions& options) {
     log_error(recording.error().message);
     return opening_status(recording.error());
   }
-  auto opened = options.trajectory.open([&](const auto& use) { return for_each_own_solution(options, use); });
+  auto opened = options.trajectory.open(options.recording, options.rig);
   if (!opened.ok()) {
     log_error(opened.error().message);
     return opening_status(opened.error());

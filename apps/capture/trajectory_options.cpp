@@ -6,6 +6,9 @@
 #include <optional>
 #include <sstream>
 
+#include "apps/log.hpp"
+#include "runtime/recording.hpp"
+
 namespace hueline::apps {
 namespace {
 
@@ -23,17 +26,18 @@ std::optional<Point<Body>> parse_point(const std::string& text) {
 
 }  // namespace
 
-void TrajectoryOptions::declare(Command& command) {
+void TrajectoryOptions::declare(Command& command, const std::string& prefix) {
   command.option(
       "--trajectory", sbet,
-      "trajectory that was calculated after the drive (SBET), to be used in place of the POS's solutions; it "
-      "is compared with them first");
-  command.option("--trajectory-sigma", smrmsg, "its accuracies (SMRMSG)");
-  command.setting("--trajectory-time", time, "what its times are: seconds of the GPS week, or of the same week in UTC",
-                  {"gps", "utc"});
+      prefix +
+          "trajectory that was calculated after the drive (SBET), to be used in place of the POS's solutions; it "
+          "is compared with them first");
+  command.option("--trajectory-sigma", smrmsg, prefix + "its accuracies (SMRMSG)");
+  command.setting("--trajectory-time", time,
+                  prefix + "what its times are: seconds of the GPS week, or of the same week in UTC", {"gps", "utc"});
   command.option(
       "--trajectory-point", point,
-      "the point of the vehicle whose places it has, if it is not the POS's: right,forward,up of that, in m");
+      prefix + "the point of the vehicle whose places it has, if it is not the POS's: right,forward,up of that, in m");
   command.reads(sbet).reads(smrmsg);
 }
 
@@ -56,6 +60,18 @@ Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(
     config.point_body = *parsed;
   }
   return runtime::PostTrajectory::open(config, own);
+}
+
+Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(const std::string& recording,
+                                                                         const std::string& rig) const {
+  return open([&](const std::function<void(const InsSolution&)>& use) -> Status {
+    auto once = runtime::Recording::open(recording, rig);
+    if (!once.ok()) return once.error();
+    const Status read = runtime::for_each_solution(
+        once->rig, [&](const auto& take) { return once->for_each(take); }, use);
+    if (!read.ok()) log_warning("{}", read.error().message);
+    return {};
+  });
 }
 
 }  // namespace hueline::apps

@@ -12,11 +12,15 @@ namespace hueline::apps {
 struct TrajectoryOptions {
   std::string sbet, smrmsg, time = "gps", point;
 
-  /// Declares the options of `command`. This object must live until the command has run.
-  void declare(Command& command);
+  /// Declares the options of `command`. Their help begins with `prefix`. This object must live until the command has
+  /// run.
+  void declare(Command& command, const std::string& prefix = {});
   /// Opens the trajectory and compares it with the POS's solutions of the drive. Returns null if the user names none.
   /// Errors: those of PostTrajectory::open(); Invalid for a point that is none.
   Result<std::unique_ptr<runtime::PostTrajectory>> open(const runtime::PostTrajectory::OwnSolutions& own) const;
+  /// The same for a recording, read with the rig of a file or, if `rig` is empty, with its own. What is damaged in the
+  /// recording is told.
+  Result<std::unique_ptr<runtime::PostTrajectory>> open(const std::string& recording, const std::string& rig) const;
 };
 
 }  // namespace hueline::apps

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdio>
 #include <deque>
 #include <filesystem>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/capture/trajectory_options.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
@@ -92,6 +94,7 @@ class ImagesProfile : public ExportProfile {
     command.setting("--quality", quality_, "images: quality of JPEG pictures", {.least = 1, .most = 100});
     command.setting("--points", points_, "images: most points of the cloud that are written with the poses",
                     {.least = 0, .most = 10'000'000});
+    trajectory_.declare(command, "images: ");
   }
 
   int run(const ExportWords& words) override {
@@ -107,6 +110,11 @@ class ImagesProfile : public ExportProfile {
     const config::Rig& rig = recording->rig;
     if (rig.geometry.head.lenses.empty())
       throw config::ConfigError("the rig has no camera head: there are no images to write");
+    const auto trajectory = trajectory_.open(words.drive, words.rig);
+    if (!trajectory.ok()) {
+      log_error(trajectory.error().message);
+      return opening_status(trajectory.error());
+    }
     auto folder = OutputFolder::open(words.out);
     if (!folder.ok()) {
       log_error(folder.error().message);
@@ -123,7 +131,7 @@ class ImagesProfile : public ExportProfile {
     Chosen sink(images, *choice, rig.colouring.together);
     Status read;
     {
-      runtime::Pipeline pipeline(rig, words.threads, sink);
+      runtime::Pipeline pipeline(rig, words.threads, sink, trajectory->get());
       read = recording->for_each([&](const Packet& packet) {
         images.add(packet);
         pipeline.process(packet);
@@ -136,6 +144,10 @@ class ImagesProfile : public ExportProfile {
       return finished.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
     }
     const std::optional<std::uint32_t> missing = read.ok() ? choice->missing_number(sink.exposures()) : std::nullopt;
+    if (*trajectory) {
+      std::fputs((*trajectory)->comparison().text().c_str(), stdout);
+      if (read.ok()) read = (*trajectory)->status();
+    }
     const int status = tell(words, images, read);
     if (images.counts().exposures == 0)
       log_error("the drive has {} exposures; none is chosen", sink.exposures().size());
@@ -171,6 +183,7 @@ class ImagesProfile : public ExportProfile {
   std::string exposures_ = "all", lens_ = "recorded", format_ = "jpeg";
   double from_s_ = std::nan(""), to_s_ = std::nan("");
   int quality_ = 95, points_ = 200'000;
+  TrajectoryOptions trajectory_;
 };
 
 }  // namespace

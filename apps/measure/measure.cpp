@@ -8,6 +8,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/simulate/drive_source.hpp"
+#include "apps/simulate/drive_trajectory.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
 #include "core/csv_table.hpp"
@@ -24,6 +25,7 @@ namespace {
 
 struct MeasureOptions {
   DriveOptions drive;
+  TrajectoryOptions trajectory;
   std::string picks, panoramas, out;
   double around_s = 2, sigma_px = 0.5, sigma_turn_deg = 0.02;
 };
@@ -99,10 +101,16 @@ int measure(const MeasureOptions& options) {
   config.pick_sigma_px = options.sigma_px;
   config.turn_sigma_deg = options.sigma_turn_deg;
   if (const std::string wrong = config.validate(); !wrong.empty()) throw config::ConfigError(wrong);
+  const auto trajectory = open_trajectory(options.trajectory, options.drive, bar);
+  bar.end();
+  if (!trajectory.ok()) {
+    log_error(trajectory.error().message);
+    return opening_status(trajectory.error());
+  }
   survey::ObjectMeasuring measuring(source->rig, *picks, config, panoramas);
   Status fed;
   {
-    runtime::Pipeline pipeline(source->rig, 2, measuring);
+    runtime::Pipeline pipeline(source->rig, 2, measuring, trajectory->get());
     fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);
       return true;
@@ -110,6 +118,7 @@ int measure(const MeasureOptions& options) {
     pipeline.flush();
   }
   bar.end();
+  if (*trajectory && fed.ok()) fed = (*trajectory)->status();
   if (!fed.ok()) log_warning(fed.error().message);
   const auto outcomes = measuring.finish();
   if (!measuring.origin()) {
@@ -140,6 +149,7 @@ void add_measure(Command& all) {
   options->drive.declare(command, {.recording = "RECORDING",
                                    .recording_help = "drive.mcap",
                                    .rig_help = "calibrated rig; default: the rig of the recording"});
+  options->trajectory.declare(command);
   command.required("--picks", options->picks,
                    "CSV with exposure (as in cloud.las), u_px, v_px, optionally name and lens; without lens the pixel "
                    "is in the panorama");

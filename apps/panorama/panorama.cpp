@@ -11,6 +11,7 @@
 #include "apps/log.hpp"
 #include "apps/panorama/import_tables.hpp"
 #include "apps/simulate/drive_source.hpp"
+#include "apps/simulate/drive_trajectory.hpp"
 #include "config/section.hpp"
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
@@ -25,6 +26,7 @@ namespace {
 
 struct PanoramaOptions {
   DriveOptions drive;
+  TrajectoryOptions trajectory;
   std::string out, exposures = "all", size, method = "depth", orientation = "heading", blend = "bands", gains = "even",
                    vehicle = "fill", fill = "64,64,64", format = "jpeg";
   double from_s = std::nan(""), to_s = std::nan(""), around_s = 4;
@@ -121,6 +123,12 @@ int panorama(const PanoramaOptions& options) {
   }
   const auto& head = source->rig.geometry.head;
   if (head.lenses.empty()) throw config::ConfigError("the rig has no camera head: there are no images to join");
+  const auto trajectory = open_trajectory(options.trajectory, options.drive, bar);
+  bar.end();
+  if (!trajectory.ok()) {
+    log_error(trajectory.error().message);
+    return opening_status(trajectory.error());
+  }
   auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) {
     log_error(folder.error().message);
@@ -144,7 +152,7 @@ int panorama(const PanoramaOptions& options) {
   survey::DrivePanoramas making(source->rig, config, use);
   Status fed;
   {
-    runtime::Pipeline pipeline(source->rig, options.threads, making);
+    runtime::Pipeline pipeline(source->rig, options.threads, making, trajectory->get());
     fed = source->feed(bar, [&](const Packet& packet) {
       pipeline.process(packet);
       return making.wants_more();
@@ -153,6 +161,10 @@ int panorama(const PanoramaOptions& options) {
   }
   making.finish();
   bar.end();
+  if (*trajectory) {
+    std::fputs((*trajectory)->comparison().text().c_str(), stdout);
+    if (fed.ok()) fed = (*trajectory)->status();
+  }
   if (written.ok()) written = tables.write(folder->path());
   if (!written.ok()) {
     log_error(written.error().message);
@@ -184,6 +196,7 @@ void add_panorama(Command& all) {
   options->drive.declare(command, {.recording = "RECORDING",
                                    .recording_help = "drive.mcap, or the folder of a drive",
                                    .rig_help = "calibrated rig; default: the rig of the recording"});
+  options->trajectory.declare(command);
   command.required("--out", options->out, "folder for the panoramas and panoramas.csv");
   command.setting("--exposures", options->exposures, "all, every:N, or numbers and ranges such as 3,7,20-30");
   command.option("--from", options->from_s, "only exposures from this GPS time on, s");

@@ -10,6 +10,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "apps/simulate/drive_source.hpp"
+#include "apps/simulate/drive_trajectory.hpp"
 #include "apps/simulate/point_claim.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
@@ -104,12 +105,7 @@ int verify(const VerifyOptions& options) {
     log_error(judge.error().message);
     return kInputUnreadable;
   }
-  auto trajectory = options.trajectory.open([&](const auto& use) -> Status {
-    auto again = DriveSource::open(options.drive, silent, options.method);
-    if (!again.ok()) return again.error();
-    return runtime::for_each_solution(
-        again->rig, [&](const auto& take) { return again->feed(silent, take); }, use);
-  });
+  auto trajectory = open_trajectory(options.trajectory, options.drive, silent, options.method);
   if (!trajectory.ok()) {
     log_error(trajectory.error().message);
     return opening_status(trajectory.error());

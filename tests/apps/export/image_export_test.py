@@ -6,6 +6,7 @@ usage: image_export_test.py HUELINE IMAGE_PROOF
 import csv, json, math, os, struct, subprocess, sys, tempfile, zlib
 
 HUELINE, PROOF = sys.argv[1:3]
+SHIFTED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "shifted_sbet.py")
 SCENARIO = """seed: 5
 duration_s: 3
 noise: false
@@ -388,6 +389,23 @@ def main():
     if "some/images has 6 more pictures" not in run(*export, "--out", "some", "--exposures", "0"):
         fail("pictures of an earlier export")
     run(*export, "--out", "brown.yaml", status=4)
+    # Poses of a trajectory from post-processing, here 2e-7 rad farther north and turned by 0.01 rad.
+    run(HUELINE, "simulate", "brown.yaml", "--out", "sim", "--trajectory", "true.sbet")
+    run(sys.executable, SHIFTED, "true.sbet", "shifted.sbet", "2e-7", "0.01")
+    said = run(*export, "--out", "post", "--trajectory", "shifted.sbet")
+    if "shifted.sbet in place of the POS's solutions" not in said or " 1.2" not in said:
+        fail("the trajectory is not compared with the POS: " + said)
+    poses = [list(csv.DictReader(open(folder + "/poses.csv"))) for folder in ("brown/recorded", "post")]
+    if len(poses[0]) != len(poses[1]):
+        fail(f"{len(poses[1])} poses of the trajectory")
+    for own, post in zip(*poses):
+        north = math.radians(float(post["latitude_deg"]) - float(own["latitude_deg"]))
+        turned = math.radians((float(post["heading_deg"]) - float(own["heading_deg"]) + 180) % 360 - 180)
+        # The lens lies up to half a metre from the POS and turns with it.
+        if abs(north - 2e-7) > 2e-9 or abs(turned - 0.01) > 1e-4:
+            fail(f"{post['file']} is {north} rad farther north and turned by {turned} rad")
+    if "belong to --trajectory, which is missing" not in run(*export, "--out", "z", "--trajectory-sigma", "true.sbet", status=2):
+        fail("accuracies without a trajectory")
     print("images: all as it should be")
 
 

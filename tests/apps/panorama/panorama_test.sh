@@ -89,6 +89,16 @@ sed 's/,4096,2048,/,4096,1000,/' big/panoramas.csv >odd.csv
 ends 3 measure --picks in_panorama.csv --panoramas odd.csv
 says "odd.csv:2: width_px is not twice height_px"
 
+# Poses of a trajectory from post-processing, here 2e-7 rad farther north: panoramas and what is measured in images lie there.
+ends 0 "$hueline" simulate small.yaml --out sim --trajectory true.sbet
+python3 "$source/tests/apps/export/shifted_sbet.py" true.sbet shifted.sbet 2e-7 0
+ends 0 panorama --out post --exposures 5 --size 256x128 --trajectory shifted.sbet
+says "shifted.sbet in place of the POS's solutions"
+north() { awk -F, -v column="$1" -v key="$2" 'NR == FNR {lat[$key] = $column; next} $key in lat && $column + 0 > 1 {d = ($column - lat[$key]) * 3.14159265358979 / 180; n++; bad += d < 1.8e-7 || d > 2.2e-7} END {print (n > 0 && !bad)}' "$3" "$4"; }
+[ "$(north 5 2 big/panoramas.csv post/panoramas.csv)" = 1 ] || fail "the panorama is not where the trajectory is: $(tail -1 post/panoramas.csv)"
+ends 0 measure --picks picks.csv --out post.csv --trajectory shifted.sbet
+[ "$(north 16 1 by_lens.csv post.csv)" = 1 ] || fail "what is measured is not where the trajectory is: $(tail -1 post.csv)"
+
 told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 600 "$hueline" panorama "$@"; says "$sentence"; }
 simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x
