@@ -102,16 +102,16 @@ Extent extent_of(const RosCloud& cloud, const RosField& field) {
 /// `begin_s`, so that nothing of a date is lost in the sum.
 class Times {
  public:
-  Times(const RosCloud& cloud, const RosField* field, const RosField* seconds, RosTimeUnit unit, double begin_s = 0)
-      : cloud_(cloud), field_(field), seconds_(seconds), second_(1 / seconds_of(unit)), begin_s_(begin_s) {}
+  Times(const RosCloud& cloud, const RosField* field, const RosField* whole, RosTimeUnit unit, double begin_s = 0)
+      : cloud_(cloud), field_(field), whole_(whole), second_(1 / seconds_of(unit)), begin_s_(begin_s) {}
   double operator()(std::span<const std::byte> point) const {
     const double value = value_of(cloud_, *field_, point);
-    return seconds_ ? (value_of(cloud_, *seconds_, point) - begin_s_) * second_ + value : value;
+    return whole_ ? (value_of(cloud_, *whole_, point) - begin_s_) * second_ + value : value;
   }
 
  private:
   const RosCloud& cloud_;
-  const RosField *field_, *seconds_;
+  const RosField *field_, *whole_;
   double second_, begin_s_;
 };
 
@@ -133,7 +133,7 @@ RosTimeUnit unit_in_name(const RosField& field) {
 
 /// The fields of the times of points.
 struct TimeFields {
-  const RosField *field = nullptr, *seconds = nullptr;
+  const RosField *field = nullptr, *whole = nullptr;
 };
 
 /// Returns the field with the whole seconds to which the values of `rest` are added, or null.
@@ -157,7 +157,7 @@ TimeFields find_times(const RosCloud& cloud) {
   for (const std::string_view name : kNames)
     for (const RosField& field : cloud.fields) {
       if (!is_named(field, name)) continue;
-      if (const RosField* seconds = find_seconds(cloud, field)) return {&field, seconds};
+      if (const RosField* whole = find_seconds(cloud, field)) return {&field, whole};
     }
   for (const std::string_view name : kNames)
     for (const RosField& field : cloud.fields)
@@ -208,9 +208,9 @@ std::optional<RosTimeRule> recognise_times(const RosCloud& cloud, RosTimeRule kn
       known.field.empty() ? find_times(cloud) : TimeFields{named(known.field), named(known.seconds_field)};
   if (!fields.field) return RosTimeRule{};
   known.field = fields.field->name;
-  if (fields.seconds) known.seconds_field = fields.seconds->name;
+  if (fields.whole) known.seconds_field = fields.whole->name;
   if (known.unit == RosTimeUnit::Auto) known.unit = unit_of(*fields.field, extent_of(cloud, *fields.field));
-  const Extent extent = extent_of(cloud, Times(cloud, fields.field, fields.seconds, known.unit));
+  const Extent extent = extent_of(cloud, Times(cloud, fields.field, fields.whole, known.unit));
   if (known.zero == RosTimeZero::Auto) known.zero = zero_of(cloud, extent, seconds_of(known.unit));
   return known;
 }
@@ -230,8 +230,8 @@ Result<std::vector<RosPoint>> timed_points(const RosCloud& cloud, const RosTimeR
   std::vector<RosPoint> out;
   const RosReturns returns(cloud);
   const RosField* field = rule.field.empty() ? nullptr : cloud.find(rule.field);
-  const RosField* seconds = rule.seconds_field.empty() ? nullptr : cloud.find(rule.seconds_field);
-  for (const auto& [name, found] : {std::pair(&rule.field, field), std::pair(&rule.seconds_field, seconds)})
+  const RosField* whole = rule.seconds_field.empty() ? nullptr : cloud.find(rule.seconds_field);
+  for (const auto& [name, found] : {std::pair(&rule.field, field), std::pair(&rule.seconds_field, whole)})
     if (!found && !name->empty() && cloud.size() > 0)
       return Error{ErrorCode::Malformed, fmt::format("a point cloud without the field {} of its times", *name)};
   // Dates count from the whole second before header.stamp: so nothing of them is lost in the subtraction.
@@ -239,8 +239,8 @@ Result<std::vector<RosPoint>> timed_points(const RosCloud& cloud, const RosTimeR
   const auto second = std::chrono::floor<std::chrono::seconds>(stamp);
   const double unit = seconds_of(rule.unit);
   const double begin_s = rule.zero == RosTimeZero::Date ? static_cast<double>(second.count()) : 0;
-  const Times time_of(cloud, field, seconds, rule.unit, begin_s);
-  double zero = seconds ? 0 : begin_s / unit;
+  const Times time_of(cloud, field, whole, rule.unit, begin_s);
+  double zero = whole ? 0 : begin_s / unit;
   if (field && rule.zero == RosTimeZero::First && !cloud.time_base) zero = extent_of(cloud, time_of).min;
   const nanoseconds shift = rule.zero == RosTimeZero::Date ? second - stamp
                             : rule.zero == RosTimeZero::Stamp && cloud.time_base
