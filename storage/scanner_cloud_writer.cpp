@@ -49,12 +49,14 @@ ScannerCloudWriter::ScannerCloudWriter(FileWriter file, const Config& config)
 Bytes ScannerCloudWriter::head() const {
   Bytes out;
   if (config_.format == Format::Pcd) {
+    // Many readers look for "count " in any letters and take what follows for the numbers of values, so no field before
+    // the last has a name that ends so.
     storage::append(
         out, as_bytes(fmt::format("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
                                   "# {}\n# time: {}\n"
-                                  "FIELDS x y z intensity time ring return_number return_count azimuth range\n"
-                                  "SIZE 4 4 4 1 8 2 1 1 4 4\n"
-                                  "TYPE F F F U F U U U F F\n"
+                                  "FIELDS x y z intensity time ring azimuth range return_number return_count\n"
+                                  "SIZE 4 4 4 1 8 2 4 4 1 1\n"
+                                  "TYPE F F F U F U F F U U\n"
                                   "COUNT 1 1 1 1 1 1 1 1 1 1\n"
                                   "WIDTH {:<{}}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {:<{}}\nDATA binary\n",
                                   config_.scanner, config_.clock, header_.point_count, kDigits, header_.point_count,
@@ -114,10 +116,10 @@ void ScannerCloudWriter::append_pcd(const ScannerPoint& point) {
   storage::append(buffer_, r.reflectivity);
   storage::append(buffer_, point.time_s);
   storage::append(buffer_, r.channel);
-  storage::append(buffer_, r.return_number);
-  storage::append(buffer_, r.return_count);
   storage::append(buffer_, r.azimuth);
   storage::append(buffer_, r.range_m);
+  storage::append(buffer_, r.return_number);
+  storage::append(buffer_, r.return_count);
 }
 
 Status ScannerCloudWriter::append(std::span<const ScannerPoint> points) {

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "apps/decode/decode_bag.hpp"
@@ -66,6 +69,13 @@ TEST(Decode, WritesThePointsOfAScannerWithTheirTimes) {
   ASSERT_EQ(cloud->points(), 4u);
   EXPECT_EQ(cloud->column("x")[1], 5);
   EXPECT_EQ(cloud->column("z")[3], 1);
+  EXPECT_EQ(cloud->column("return_count")[3], 1);
+  // Viewers find the line of counts by "count " in any letters.
+  std::ifstream file_of_cloud(pcd.path(), std::ios::binary);
+  std::string head(std::istreambuf_iterator<char>(file_of_cloud), {});
+  std::transform(head.begin(), head.end(), head.begin(),
+                 [](char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c); });
+  EXPECT_EQ(head.find("count "), head.find("\ncount 1 1") + 1);
   const GpsTime fired = from_gps_week(2300, std::chrono::seconds(100'000));
   EXPECT_EQ(cloud->column("time")[0], to_seconds(to_unix(fired).time_since_epoch()));
 
