@@ -32,10 +32,19 @@ struct LivoxSaid {
   alignas(64) std::int32_t words[kTogether][4];
 };
 
-/// One return of each of kLanes firings. One that is none has a range of 0.
+enum LivoxQuantity : std::size_t { kX, kY, kZ, kRange, kAzimuth, kReflectivity, kQuantities };
+
+/// One return of each of kLanes firings, as bits, in memory: some vectors cannot be members. One that is none has a
+/// range of 0.
 struct LivoxEcho {
-  Floats x, y, z, range, azimuth;
-  Words reflectivity;
+  alignas(64) std::uint32_t words[kQuantities][kLanes];
+
+  HWY_INLINE Words word(LivoxQuantity which) const { return hn::Load(WordTag(), words[which]); }
+  HWY_INLINE Floats number(LivoxQuantity which) const { return hn::BitCast(FloatTag(), word(which)); }
+  template <class V>
+  HWY_INLINE void set(LivoxQuantity which, V value) {
+    hn::Store(hn::BitCast(WordTag(), value), WordTag(), words[which]);
+  }
 };
 
 HWY_INLINE void read_firings(const LivoxPacket& packet, std::size_t first, std::size_t count, std::size_t which,
@@ -58,19 +67,21 @@ HWY_INLINE void read_firings(const LivoxPacket& packet, std::size_t first, std::
 }
 
 /// Places the returns of kLanes firings from `at` on.
-HWY_INLINE LivoxEcho place_firings(const LivoxForm& form, const AzimuthDirection* directions, const LivoxSaid& said,
-                                   std::size_t at) {
+HWY_INLINE void place_firings(const LivoxForm& form, const AzimuthDirection* directions, const LivoxSaid& said,
+                              std::size_t at, LivoxEcho& out) {
   const FloatTag d;
   const IntTag whole;
   auto first = hn::Zero(whole), second = first, third = first, fourth = first;
   hn::LoadInterleaved4(whole, said.words[at], first, second, third, fourth);
-  const auto reflectivity = hn::And(hn::BitCast(WordTag(), fourth), hn::Set(WordTag(), 0xFFU));
+  out.set(kReflectivity, hn::And(fourth, hn::Set(whole, 0xFF)));
   if (!form.is_spherical) {
     const auto unit_m = hn::Set(d, form.is_short ? 0.01f : 0.001f);
     const auto metres = [&](auto number) { return hn::Mul(hn::ConvertTo(d, number), unit_m); };
     const auto x = metres(first), y = metres(second), z = metres(third);
     const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    return {hn::Neg(y), x, z, hn::Sqrt(square), azimuth_of(y, x), reflectivity};
+    out.set(kX, hn::Neg(y)), out.set(kY, x), out.set(kZ, z);
+    out.set(kRange, hn::Sqrt(square)), out.set(kAzimuth, azimuth_of(y, x));
+    return;
   }
   // Numbers of 16 bits, and a zenith of more than half a turn, which is one on the other side.
   const auto turn = hn::Set(whole, kAzimuthsOfCircle), half = hn::Set(whole, kAzimuthsOfCircle / 2);
@@ -85,31 +96,40 @@ HWY_INLINE LivoxEcho place_firings(const LivoxForm& form, const AzimuthDirection
   look_up_directions(directions, azimuth, sin_azimuth, cos_azimuth);
   const auto range = hn::Mul(hn::ConvertTo(d, first), hn::Set(d, 0.001f));
   const auto across = hn::Mul(range, sin_zenith);
-  return {hn::Neg(hn::Mul(across, sin_azimuth)),
-          hn::Mul(across, cos_azimuth),
-          hn::Mul(range, cos_zenith),
-          range,
-          hn::Mul(hn::ConvertTo(d, azimuth), hn::Set(d, kAzimuthStep)),
-          reflectivity};
+  out.set(kX, hn::Neg(hn::Mul(across, sin_azimuth))), out.set(kY, hn::Mul(across, cos_azimuth));
+  out.set(kZ, hn::Mul(range, cos_zenith)), out.set(kRange, range);
+  out.set(kAzimuth, hn::Mul(hn::ConvertTo(d, azimuth), hn::Set(d, kAzimuthStep)));
+}
+
+/// Exchanges returns where the second is nearer, or the first is none.
+HWY_INLINE void sort_by_range(LivoxEcho& near, LivoxEcho& far) {
+  const auto zero = hn::Zero(FloatTag());
+  const auto near_m = near.number(kRange), far_m = far.number(kRange);
+  const auto is_wrong = hn::RebindMask(
+      WordTag(), hn::And(hn::Gt(far_m, zero), hn::Or(hn::Not(hn::Gt(near_m, zero)), hn::Gt(near_m, far_m))));
+  for (std::size_t i = 0; i < kQuantities; ++i) {
+    const auto which = static_cast<LivoxQuantity>(i);
+    const auto a = near.word(which), b = far.word(which);
+    near.set(which, hn::IfThenElse(is_wrong, b, a));
+    far.set(which, hn::IfThenElse(is_wrong, a, b));
+  }
 }
 
 /// Writes the returns of kLanes firings that may have `kReturns`, counted by range. Equal ones are one.
 template <std::size_t kReturns>
-HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], Ints time_ns, float nearest_m, float farthest_m,
-                                     LaserReturn* out) {
+HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], const std::int32_t* time_ns, float nearest_m,
+                                     float farthest_m, LaserReturn* out) {
   const FloatTag d;
   const WordTag bits;
   const auto zero = hn::Zero(d);
-  const auto is_kept = [&](const LivoxEcho& echo) {
-    const auto is_within =
-        hn::And(hn::Ge(echo.range, hn::Set(d, nearest_m)), hn::Le(echo.range, hn::Set(d, farthest_m)));
-    return hn::RebindMask(bits, hn::And(is_within, hn::Gt(echo.range, zero)));
-  };
   /// Gives `use` the quantities of one return of each firing.
   const auto make = [&](const LivoxEcho& echo, std::uint32_t number, const auto& use) {
-    const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
-    return use(is_kept(echo), word(echo.x), word(echo.y), word(echo.z), word(echo.range), word(echo.azimuth),
-               word(time_ns), hn::Or(hn::ShiftLeft<16>(echo.reflectivity), hn::Set(bits, tags_of(0, 0, number))));
+    const auto range = echo.number(kRange);
+    const auto is_within = hn::And(hn::Ge(range, hn::Set(d, nearest_m)), hn::Le(range, hn::Set(d, farthest_m)));
+    const auto is_kept = hn::RebindMask(bits, hn::And(is_within, hn::Gt(range, zero)));
+    return use(is_kept, echo.word(kX), echo.word(kY), echo.word(kZ), echo.word(kRange), echo.word(kAzimuth),
+               hn::BitCast(bits, hn::Load(IntTag(), time_ns)),
+               hn::Or(hn::ShiftLeft<16>(echo.word(kReflectivity)), hn::Set(bits, tags_of(0, 0, number))));
   };
   if constexpr (kReturns == 1) {
     return make(echoes[0], 1, [&](auto... quantities) { return write_returns(quantities..., hn::Set(bits, 1U), out); });
@@ -118,28 +138,17 @@ HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], Ints time_ns
     for (std::size_t i = 0; i < kReturns; ++i) {
       LivoxEcho& one = echoes[i];
       for (std::size_t other = 0; other < i; ++other) {
-        const LivoxEcho& before = echoes[other];
-        const auto is_same =
-            hn::And(hn::And(hn::Eq(one.x, before.x), hn::Eq(one.y, before.y)), hn::Eq(one.z, before.z));
-        one.range = hn::IfThenZeroElse(is_same, one.range);
+        const auto is_equal = [&](LivoxQuantity which) {
+          return hn::Eq(one.number(which), echoes[other].number(which));
+        };
+        const auto is_same = hn::And(hn::And(is_equal(kX), is_equal(kY)), is_equal(kZ));
+        one.set(kRange, hn::IfThenZeroElse(is_same, one.number(kRange)));
       }
-      count = hn::Add(count, hn::IfThenElseZero(hn::RebindMask(bits, hn::Gt(one.range, zero)), hn::Set(bits, 1U)));
+      const auto is_one = hn::RebindMask(bits, hn::Gt(one.number(kRange), zero));
+      count = hn::Add(count, hn::IfThenElseZero(is_one, hn::Set(bits, 1U)));
     }
-    // Those that are none become the farthest.
-    const auto sort = [&](LivoxEcho& near, LivoxEcho& far) {
-      const auto is_none = [&](const LivoxEcho& echo) { return hn::Not(hn::Gt(echo.range, zero)); };
-      const auto is_wrong = hn::AndNot(is_none(far), hn::Or(is_none(near), hn::Gt(near.range, far.range)));
-      const auto exchange = [&](auto& a, auto& b) {
-        const auto mask = hn::RebindMask(hn::DFromV<std::remove_reference_t<decltype(a)>>(), is_wrong);
-        const auto first = hn::IfThenElse(mask, b, a);
-        b = hn::IfThenElse(mask, a, b);
-        a = first;
-      };
-      exchange(near.x, far.x), exchange(near.y, far.y), exchange(near.z, far.z), exchange(near.range, far.range);
-      exchange(near.azimuth, far.azimuth), exchange(near.reflectivity, far.reflectivity);
-    };
-    sort(echoes[0], echoes[1]);
-    if constexpr (kReturns == 3) sort(echoes[1], echoes[2]), sort(echoes[0], echoes[1]);
+    sort_by_range(echoes[0], echoes[1]);
+    if constexpr (kReturns == 3) sort_by_range(echoes[1], echoes[2]), sort_by_range(echoes[0], echoes[1]);
     Lanes lanes[kReturns];
     for (std::size_t i = 0; i < kReturns; ++i)
       make(echoes[i], static_cast<std::uint32_t>(i + 1),
@@ -164,8 +173,8 @@ HWY_INLINE LaserReturn* decode_points(const LivoxPacket& packet, const AzimuthDi
     for (std::size_t k = 0; k < count; k += kLanes) {
       LivoxEcho echoes[kReturns];
       for (std::size_t which = 0; which < kReturns; ++which)
-        echoes[which] = place_firings(*packet.form, directions, said[which], k);
-      out = write_echoes(echoes, hn::Load(IntTag(), time_ns + k), nearest_m, farthest_m, out);
+        place_firings(*packet.form, directions, said[which], k, echoes[which]);
+      out = write_echoes(echoes, time_ns + k, nearest_m, farthest_m, out);
     }
   }
   return out;
