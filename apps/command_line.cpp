@@ -130,6 +130,16 @@ Command& Command::reads(const std::string& value) {
   files_.inputs.push_back(&value);
   return *this;
 }
+/// Returns whether making the folder `made` makes `folder` too.
+bool comes_with(const std::filesystem::path& folder, const std::string& made) {
+  std::error_code error;
+  const auto whole = [&](const std::filesystem::path& path) {
+    return std::filesystem::absolute(path, error).lexically_normal();
+  };
+  const std::filesystem::path below = whole(made).lexically_relative(whole(folder));
+  return !error && !below.empty() && *below.begin() != "..";
+}
+
 
 Command& Command::reads(const std::vector<std::string>& values) {
   files_.input_lists.push_back(&values);
@@ -167,11 +177,19 @@ int Command::run(const Files& files, const std::function<int()>& work) {
     return !done.ok();
   };
   for (const std::string* path : files.outputs)
-    if (refused(*path, check_output)) return kOutputRefused;
+    if (!comes_later(*path) && refused(*path, check_output)) return kOutputRefused;
   for (const std::string* path : files.output_folders)
     if (refused(*path, check_output_folder)) return kOutputRefused;
   return work();
 }
+  // A file in a folder that the command itself makes.
+  const auto comes_later = [&](const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::path folder = file.parent_path();
+    return !folder.empty() && !std::filesystem::exists(folder, error) && !error &&
+           std::ranges::any_of(files.output_folders,
+                               [&](const std::string* made) { return !made->empty() && comes_with(folder, *made); });
+  };
 
 Command Command::command(const std::string& name, const std::string& help) {
   return Command(*app_->add_subcommand(name, help), *chosen_);

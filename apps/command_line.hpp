@@ -53,7 +53,8 @@ class Command {
   Command& reads(const std::string& value);
   Command& reads(const std::vector<std::string>& values);
   /// Declares that the value names a file, or a folder of files, that this command writes. If that is impossible, the
-  /// program ends with exit status 4 before the work begins. An empty value names nothing.
+  /// program ends with exit status 4 before the work begins. An empty value names nothing. The folder of a file may be
+  /// missing if it is one that the command makes for its folder of files.
   Command& writes(const std::string& value);
   Command& writes_into(const std::string& value);
 

@@ -207,6 +207,8 @@ int simulate(const SimulateOptions& options) {
     require_same_drive(scenario, *beside);
   }
   if (!options.rig_file.empty()) {
+    std::error_code ignored;  // the rig may lie in it; if it cannot be made, the drive says why
+    std::filesystem::create_directories(options.out, ignored);
     if (const Status written = write_output(
             options.rig_file, simulated_rig(scenario, options.at, options.method, beside ? &*beside : nullptr));
         !written.ok()) {
@@ -296,6 +298,7 @@ void add_simulate(Command& all) {
                   "size of the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
   command.reads(options->scenario)
       .reads(options->beside)
+      .writes_into(options->out)
       .writes(options->rig_file)
       .writes(options->clocks_file)
       .writes(options->trajectory_file)
