@@ -41,18 +41,21 @@ std::string unknown_word(const CLI::App& all, int argc, char** argv) {
   const CLI::App* app = &all;
   std::string path = all.get_name();
   for (int i = 1; i < argc; ++i) {
+std::vector<std::string> options_of(const CLI::App& app) {
+  std::vector<std::string> out;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) out.push_back("--" + name);
+  return out;
+}
+
     const std::string word = argv[i];
     if (word == "--") break;
     if (word.size() > 1 && word[0] == '-' &&
         (word[1] == '-' || std::isalpha(static_cast<unsigned char>(word[1])) != 0)) {
       const std::string name = word.substr(0, word.find('='));
       const CLI::Option* option = app->get_option_no_throw(name);
-      if (option == nullptr) {
-        std::vector<std::string> known;
-        for (const CLI::Option* one : app->get_options())
-          for (const std::string& long_name : one->get_lnames()) known.push_back("--" + long_name);
-        return fmt::format("{}: unknown option {}{}", path, name, did_you_mean(name, known));
-      }
+      if (option == nullptr)
+        return fmt::format("{}: unknown option {}{}", path, name, did_you_mean(name, options_of(*app)));
       if (name == word && option->get_items_expected_min() > 0) ++i;  // its value
       continue;
     }
@@ -103,10 +106,7 @@ std::vector<std::string> completions(const CLI::App& all, const std::vector<std:
   if (waiting != nullptr) return choices_of(*waiting);
   const std::string last = words.empty() ? "" : words.back();
   if (!last.starts_with('-')) return names_of(app->get_subcommands(nullptr));
-  std::vector<std::string> out;
-  for (const CLI::Option* option : app->get_options())
-    for (const std::string& name : option->get_lnames()) out.push_back("--" + name);
-  return out;
+  return options_of(*app);
 }
 
 /// Returns the error that CLI11 found, with the command that it is about and where to read more.
@@ -124,12 +124,6 @@ std::string complaint(const CLI::App* app, const CLI::Error& error) {
                      path);
 }
 
-}  // namespace
-
-Command& Command::reads(const std::string& value) {
-  files_.inputs.push_back(&value);
-  return *this;
-}
 /// Returns whether making the folder `made` makes `folder` too.
 bool comes_with(const std::filesystem::path& folder, const std::string& made) {
   std::error_code error;

@@ -47,6 +47,14 @@ class Command {
   /// Sets the text below the help of this command.
   Command& footer(const std::string& text);
 
+  /// Declares that a word is of use only together with another one, or not together with it. Wrong words give 2.
+  Command& needs(const std::string& word, const std::string& other);
+  Command& excludes(const std::string& word, const std::string& other);
+  /// Returns the options that have been added so far, as "--out".
+  std::vector<std::string> options() const;
+  /// Returns whether an option was given. For the command's work.
+  bool is_given(const std::string& option) const;
+
   /// Declares that the value names a file which this command reads, or a drive's folder, which stands for its
   /// drive.mcap. The file is held open so that the command cannot write over it. A value that names no file is left to
   /// the command to report.

@@ -68,6 +68,14 @@ std::string wrong_form(const Json& root) {
   return {};
 }
 
+Result<Json> read_expectation(const fs::path& file) {
+  auto root = read_json(file);
+  if (!root.ok()) return root;
+  if (const std::string wrong = wrong_form(*root); !wrong.empty())
+    return Error{ErrorCode::Invalid, file.string() + ": " + wrong};
+  return root;
+}
+
 /// Returns the value at the pointer; null if there is none or the pointer is wrong.
 const Json* at(const Json& root, const std::string& pointer) {
   try {
@@ -94,11 +102,14 @@ std::string xml(const std::string& text) { return as_markup(printable(text, Line
 
 }  // namespace
 
+Status check_expectation(const fs::path& file) {
+  const auto root = read_expectation(file);
+  return root.ok() ? Status() : Status(root.error());
+}
+
 Result<std::vector<Expected>> compare_with_expectation(const fs::path& file, const fs::path& folder) {
-  const auto root = read_json(file);
+  const auto root = read_expectation(file);
   if (!root.ok()) return root.error();
-  if (const std::string wrong = wrong_form(*root); !wrong.empty())
-    return Error{ErrorCode::Invalid, file.string() + ": " + wrong};
   std::vector<Expected> out;
   if (const auto hashes = root->find("sha256"); hashes != root->end())
     for (const auto& [name, wanted] : hashes->items()) {

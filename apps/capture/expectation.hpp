@@ -17,6 +17,9 @@ struct Expected {
   std::string problem;  ///< what moved: expected and found; empty if it is as expected
 };
 
+/// Returns what is wrong with an expectation, before the products are made. Errors: as compare_with_expectation().
+Status check_expectation(const std::filesystem::path& file);
+
 /// Compares the products in `folder` with the expectation. Errors: Invalid if `file` is no expectation, with what is
 /// allowed; Io if it cannot be read. A product that is missing is a problem, not an error.
 Result<std::vector<Expected>> compare_with_expectation(const std::filesystem::path& file,

@@ -121,6 +121,11 @@ class Part {
   std::atomic<double> position_s_{0}, duration_s_{0};
 };
 
+  if (!options.expect.empty())
+    if (const Status known = check_expectation(options.expect); !known.ok()) {
+      log_error(known.error().message);
+      return opening_status(known.error());
+    }
 int replay(const ReplayOptions& options) {
   StopSignals signals;
   auto recording = runtime::Recording::open(options.recording, options.rig);
@@ -235,6 +240,7 @@ void add_replay(Command& all) {
   options->trajectory.declare(command);
   command.option("--expect", options->expect,
                  "file of what the products must be (docs/formats.md); the exit status is 0 if they are, and 6 if not");
+  command.needs("--junit", "--expect").excludes("--write-expect", "--expect");
   command.option("--junit", options->junit, "with --expect: also write the results as a test report (JUnit's XML)");
   command.option("--write-expect", options->write_expect, "write such a file of what the products are");
   command.reads(options->recording).reads(options->rig).reads(options->expect).writes_into(options->out);

@@ -45,11 +45,17 @@ for wrong in '' '[]' '{"sha": {}}' '{"sha256": {"../drive/drive.mcap": "00"}}' '
   expects 2 "$wrong"
   says "want.json: (is not JSON|is not an object|has 'sha'|sha256|summary)"
 done
-ends 3 "$hueline" replay drive --out again --expect none.json
-# The report may lie in the folder that the replay makes, as the first run of a CI job has it.
+# The expectation is read before the work. The report may lie in the folder that the replay makes, as the first run of a CI job has it.
+ends 3 "$hueline" replay drive --out never --expect none.json
+[ ! -e never ] || fail "the drive was replayed before its expectation was read"
 ends 0 "$hueline" replay drive --out fresh/again --expect is.json --junit fresh/is.xml
 ends 0 "$hueline" replay drive --out new --expect is.json --junit new/is.xml
 cmp fresh/is.xml is.xml && cmp new/is.xml is.xml || fail "the report in a new folder is another one"
 ends 4 "$hueline" replay drive --out newer --expect is.json --junit nowhere/is.xml
 says "write nowhere/is.xml: No such file or directory; the folder does not exist"
+# Without an expectation nothing is held, and a report would say nothing.
+ends 2 "$hueline" replay drive --out again --junit want.xml
+says "hueline replay: --junit requires --expect"
+ends 2 "$hueline" replay drive --out again --expect is.json --write-expect other.json
+says "excludes"
 echo "products held against what is expected of them"
