@@ -81,4 +81,16 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   return result;
 }
 
+Status check_begin(const std::filesystem::path& path, double from_s) {
+  if (from_s <= 0) return {};
+  const auto journal = JournalReader::open(path);
+  if (!journal.ok()) return {};  // who reads it will say why
+  const auto newest = (*journal)->newest();
+  const auto first = (*journal)->next({});
+  if (!newest || !first.ok()) return {};
+  const nanoseconds duration = std::max(*newest - first->received, nanoseconds(0));
+  if (from_seconds(from_s) <= duration) return {};
+  return Error{ErrorCode::Invalid, fmt::format("{} has only {:.1f} s", path.string(), to_seconds(duration))};
+}
+
 }  // namespace hueline::storage

@@ -76,4 +76,8 @@ struct CopiedPart {
 Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, const JournalPart& part,
                              const std::filesystem::path& to);
 
+/// Returns an Error of kind Invalid with the recording's duration if it ends before `from_s`. A recording whose
+/// duration cannot be known without reading all of it is let pass.
+Status check_begin(const std::filesystem::path& path, double from_s);
+
 }  // namespace hueline::storage

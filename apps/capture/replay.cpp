@@ -109,8 +109,6 @@ class Part {
     return {pacer_.pace(), from_s_, position_s_,
             duration_s > 0 ? std::optional<double>(duration_s) : std::optional<double>()};
   }
-  /// Whether the recording has ended before the part.
-  bool is_empty() const { return from_s_ > 0 && to_seconds(choice_.newest()) < from_s_; }
 
  private:
   storage::JournalReader& journal_;
@@ -121,17 +119,22 @@ class Part {
   std::atomic<double> position_s_{0}, duration_s_{0};
 };
 
+int replay(const ReplayOptions& options) {
+  StopSignals signals;
   if (!options.expect.empty())
     if (const Status known = check_expectation(options.expect); !known.ok()) {
       log_error(known.error().message);
       return opening_status(known.error());
     }
-int replay(const ReplayOptions& options) {
-  StopSignals signals;
   auto recording = runtime::Recording::open(options.recording, options.rig);
   if (!recording.ok()) {
     log_error(recording.error().message);
     return opening_status(recording.error());
+  }
+  if (const Status within = storage::check_begin(runtime::drive_file(options.recording), options.from_s);
+      !within.ok()) {
+    log_error("--from {}: {}; give a smaller one", options.from_s, within.error().message);
+    return kWrongUse;
   }
   auto opened = options.trajectory.open(options.recording, options.rig);
   if (!opened.ok()) {
@@ -208,11 +211,6 @@ int replay(const ReplayOptions& options) {
     log_warning("stopped before the recording's end: cloud, view and summary end early");
     return kStopped;
   }
-  if (part.is_empty()) {
-    log_error("--from {}: the recording has only {:.1f} s: give a smaller one", options.from_s,
-              part.state().position_s);
-    return kNothingCame;
-  }
   return judge(options, sink.summary().points() ? status_of_verdict(sink.summary()) : kNothingCame);
 }
 
@@ -240,9 +238,9 @@ void add_replay(Command& all) {
   options->trajectory.declare(command);
   command.option("--expect", options->expect,
                  "file of what the products must be (docs/formats.md); the exit status is 0 if they are, and 6 if not");
-  command.needs("--junit", "--expect").excludes("--write-expect", "--expect");
   command.option("--junit", options->junit, "with --expect: also write the results as a test report (JUnit's XML)");
   command.option("--write-expect", options->write_expect, "write such a file of what the products are");
+  command.needs("--junit", "--expect").excludes("--write-expect", "--expect");
   command.reads(options->recording).reads(options->rig).reads(options->expect).writes_into(options->out);
   command.writes(options->junit).writes(options->write_expect);
   command.runs([options] { return replay(*options); });

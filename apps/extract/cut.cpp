@@ -59,6 +59,10 @@ int cut(const CutOptions& options, bool recovers) {
     log_error("--to {} is not after --from {}", *which.to_s, which.from_s);
     return kWrongUse;
   }
+  if (const Status within = storage::check_begin(path, options.from_s); !within.ok()) {
+    log_error("--from {}: {}; give a smaller one", options.from_s, within.error().message);
+    return kWrongUse;
+  }
   if (is_address(path) && options.from_s > 0 && !(*journal)->has_index())
     log_warning("{} has no index, because it was cut off or damaged: more than the part is fetched", path);
   const auto result = storage::copy_part(**journal, path, which, options.out);
@@ -75,7 +79,10 @@ int cut(const CutOptions& options, bool recovers) {
   if (result->damages > 0)
     log_warning("{} parts of {} are damaged or missing; the first: {}", result->damages, path, result->first_damage);
   if (!result->end.ok()) log_warning("{}", result->end.error().message);
-  if (result->packets == 0) return kNothingCame;
+  if (result->packets == 0) {
+    log_error("no packet of {} is in that part", path);
+    return kNothingCame;
+  }
   // Who recovers a recording expects it to be damaged.
   const bool is_whole = result->damages == 0 && result->end.ok();
   return is_whole || recovers ? kDone : kInputUnreadable;

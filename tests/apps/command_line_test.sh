@@ -77,6 +77,11 @@ mkdir empty
 told 3 "empty is a folder without drive.mcap in it" inspect empty
 told 3 "empty is a folder without drive.mcap in it" replay empty --out d
 told 3 "empty is a folder without a cloud \(cloud.las, cloud.laz, cloud.copc.laz\) in it" export empty --out d.laz
+# A part behind the end, before anything of an earlier replay is replaced.
+told 2 "--from 1000: drive/drive.mcap has only [0-9.]+ s; give a smaller one" replay drive --out again --from 1000
+[ -s again/summary.json ] || fail "the products of an earlier replay are gone"
+told 2 "--from 1000: drive/drive.mcap has only [0-9.]+ s; give a smaller one" cut drive --out part.mcap --from 1000
+[ ! -e part.mcap ] || fail "a recording of nothing was written"
 : >zero.mcap
 told 3 "zero.mcap is empty" inspect zero.mcap
 head -c 3000 drive/drive.mcap >cut.mcap
