@@ -111,7 +111,7 @@ class Splitter {
     std::vector<LasPoint> points;
     for (std::uint64_t index = 0;;) {
       const Status read = reader_.next(points, kPointsAtOnce);
-      if (!read && read.error().code != ErrorCode::Truncated) return read;
+      if (!read && read.error().code != ErrorCode::Truncated) return source_error(read.error());
       if (!read) done_.source_was_cut = true;
       if (points.empty()) return {};
       for (const LasPoint& point : points) {
@@ -280,7 +280,7 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
                                const CloudSplit& split, const std::vector<GpsTime>& ends, bool is_copc,
                                const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
-  if (!reader) return reader.error();
+  if (!reader) return source_error(reader.error());
   if (is_copc)
     if (const auto upgrade = PointUpgrade::create(*reader); !upgrade)
       return Error{upgrade.error().code, cloud.string() + ": " + upgrade.error().message};

@@ -27,14 +27,14 @@ Status add_nodes(LazFile& file, PointOctree& tree) {
 Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                   const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
-  if (!reader) return reader.error();
+  if (!reader) return source_error(reader.error());
   Result<PointUpgrade> upgrade = PointUpgrade::create(*reader);
   if (!upgrade) return Error{upgrade.error().code, cloud.string() + ": " + upgrade.error().message};
   storage::LasHeader header = upgrade->header();
   std::vector<LasPoint> points;
   Status read = reader->next(points, kPointsAtOnce);
   const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
-  if (is_wrong()) return read.error();
+  if (is_wrong()) return source_error(read.error());
   if (points.empty()) return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
   header.point_count = 0;
   header.points_by_return = {};
@@ -55,7 +55,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
     }
     if (Status added = add_nodes(*file, tree); !added) return added.error();
     read = reader->next(points, kPointsAtOnce);
-    if (is_wrong()) return read.error();
+    if (is_wrong()) return source_error(read.error());
   }
   for (bool has_more = true; has_more;) {
     const Result<bool> finished = tree.finish_some();

@@ -23,7 +23,7 @@ Result<double> earliest_time(storage::LasReader& reader) {
   std::vector<LasPoint> points;
   while (true) {
     const Status read = reader.next(points, kPointsAtOnce);
-    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read && read.error().code != ErrorCode::Truncated) return source_error(read.error());
     for (const LasPoint& p : points)
       if (const double time = p.time.value_or(out); time < out) out = time;
     if (!read || points.empty()) break;
@@ -37,7 +37,7 @@ Result<double> earliest_time(storage::LasReader& reader) {
 Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                  const std::string& software) {
   auto reader = storage::LasReader::open(cloud);
-  if (!reader) return reader.error();
+  if (!reader) return source_error(reader.error());
   E57Scan scan;
   scan.name = cloud.stem().string();
   scan.software = software;
@@ -69,7 +69,7 @@ Result<ExportedCloud> export_e57(const std::filesystem::path& cloud, const std::
   double last = *first;
   while (true) {
     const Status read = reader->next(points, kPointsAtOnce);
-    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read && read.error().code != ErrorCode::Truncated) return source_error(read.error());
     done.source_was_cut = !read;
     if (points.empty()) break;
     for (const LasPoint& p : points) {

@@ -7,7 +7,7 @@ namespace hueline::products {
 Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                  const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
-  if (!reader) return reader.error();
+  if (!reader) return source_error(reader.error());
   auto file = LazFile::create(out, reader->header(), lasting_records(reader->records()), storage::kLazChunkPoints,
                               options.threads);
   if (!file) return file.error();
@@ -18,7 +18,7 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
   std::vector<storage::LasPoint> points;
   while (true) {
     const Status read = reader->next(points, storage::kLazChunkPoints);
-    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read && read.error().code != ErrorCode::Truncated) return source_error(read.error());
     done.source_was_cut = !read;
     if (points.empty()) break;
     storage::Bytes records;

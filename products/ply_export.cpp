@@ -32,7 +32,7 @@ std::string one_word(std::string name) {
 
 Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::filesystem::path& out) {
   auto reader = storage::LasReader::open(cloud);
-  if (!reader) return reader.error();
+  if (!reader) return source_error(reader.error());
   const bool has_colour = reader->has_colour();
   const bool has_time = reader->header().point_format != 0 && reader->header().point_format != 2;
   std::vector<PlyProperty> properties{{"x", LasType::F64}, {"y", LasType::F64}, {"z", LasType::F64}};
@@ -67,7 +67,7 @@ Result<ExportedCloud> export_ply(const std::filesystem::path& cloud, const std::
   storage::Bytes bytes;
   while (true) {
     const Status read = reader->next(points, kPointsAtOnce);
-    if (!read && read.error().code != ErrorCode::Truncated) return read.error();
+    if (!read && read.error().code != ErrorCode::Truncated) return source_error(read.error());
     done.source_was_cut = !read;
     if (points.empty()) break;
     bytes.clear();

@@ -42,6 +42,9 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
   return path.ends();
 }
 
+/// Returns the exit status of an export that failed: by the new file, the cloud or what was asked for.
+int failed_status(const Error& error) { return error.code == ErrorCode::Io ? kOutputRefused : opening_status(error); }
+
 void tell_left_out(const std::string& out, const std::vector<std::string>& records) {
   for (const std::string& record : records) log_warning("not in {}: {}", out, record);
 }
@@ -66,7 +69,7 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
   const auto done = products::split_cloud(cloud, folder->path(), *split, ends, is_copc, config);
   if (!done.ok()) {
     log_error(done.error().message);
-    return opening_status(done.error());
+    return failed_status(done.error());
   }
   const auto source = storage::LasReader::open(cloud);
   const Result<std::string> wkt = source.ok() ? storage::crs_wkt(*source) : Result<std::string>(source.error());
@@ -102,6 +105,12 @@ class LazProfile : public ExportProfile {
   const char* help() const override { return "the cloud as LAZ with all its fields, extra bytes included"; }
 
   bool writes_folder(const ExportWords& words) const override { return !words.split.empty(); }
+  std::string ending() const override { return ".laz"; }
+  bool is_name(const std::string& name) const override {
+    return name.ends_with(ending()) && !name.ends_with(".copc.laz");
+  }
+  bool splits() const override { return true; }
+  bool uses_rig(const ExportWords& words) const override { return words.split.starts_with("distance"); }
 
   int run(const ExportWords& words) override {
     products::CloudExport config;
@@ -118,7 +127,7 @@ class LazProfile : public ExportProfile {
     const auto done = write(cloud, words.out, config);
     if (!done.ok()) {
       log_error(done.error().message);
-      return opening_status(done.error());
+      return failed_status(done.error());
     }
     const auto source = InputFile::open(cloud);
     const double size = source.ok() ? static_cast<double>(source->size()) : 0;
@@ -145,6 +154,8 @@ class CopcProfile : public LazProfile {
   const char* help() const override {
     return "the same as COPC 1.0: an octree that viewers load in parts, from a disk or a web server (.copc.laz)";
   }
+  std::string ending() const override { return ".copc.laz"; }
+  bool is_name(const std::string& name) const override { return name.ends_with(".laz"); }
 
  protected:
   bool is_copc() const override { return true; }
@@ -161,13 +172,9 @@ class PlyProfile : public LazProfile {
   const char* help() const override {
     return "the cloud as binary PLY: place, colour, intensity, return, class, sensor, time and extra bytes";
   }
-  bool writes_folder(const ExportWords&) const override { return false; }
-
-  int run(const ExportWords& words) override {
-    if (!words.split.empty())
-      throw config::ConfigError(std::string("--split: the profile ") + word() + " writes one file; laz and copc can");
-    return LazProfile::run(words);
-  }
+  std::string ending() const override { return ".ply"; }
+  bool is_name(const std::string& name) const override { return name.ends_with(ending()); }
+  bool splits() const override { return false; }
 
  protected:
   const char* parts() const override { return "piece"; }
@@ -183,6 +190,7 @@ class E57Profile : public PlyProfile {
   const char* help() const override {
     return "the cloud as E57 (ASTM E2807): places, colours, intensity, returns, times";
   }
+  std::string ending() const override { return ".e57"; }
 
  protected:
   Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,

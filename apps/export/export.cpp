@@ -1,4 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,11 +26,39 @@ std::vector<std::unique_ptr<ExportProfile>> export_profiles() {
 struct Export {
   ExportWords words;
   std::string profile = "laz";
+  std::map<std::string, std::string> owners;  // of options, the profile that alone has it
   std::vector<std::unique_ptr<ExportProfile>> profiles = export_profiles();
 
-  int run() {
+  /// Returns what was asked of the profile that it cannot do; empty if nothing was. Done without it, the file would not
+  /// be what was meant.
+  std::string wrong_wish(const ExportProfile& chosen, const Command& command) const {
+    for (const auto& [option, owner] : owners)
+      if (owner != profile && command.is_given(option))
+        return fmt::format("{} is of the profile {}, and the profile is {}", option, owner, profile);
+    if (!words.split.empty() && !chosen.splits())
+      return fmt::format("--split: the profile {} does not split; laz and copc do", profile);
+    if (!words.rig.empty() && !chosen.uses_rig(words))
+      return fmt::format(
+          "--rig: the profile {} writes the cloud as it is; `hueline replay --rig` makes it again with another rig",
+          profile);
+    std::string name = words.out;
+    for (char& letter : name)
+      if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+    if (chosen.writes_folder(words) || chosen.ending().empty() || chosen.is_name(name)) return {};
+    const ExportProfile* meant = nullptr;
+    for (const auto& one : profiles)
+      if (!one->ending().empty() && one->is_name(name)) meant = one.get();
+    return fmt::format("{}: the profile {} writes a file that ends in {}{}", words.out, profile, chosen.ending(),
+                       meant == nullptr ? "" : fmt::format("; is --profile {} meant?", meant->word()));
+  }
+
+  int run(const Command& command) {
     ExportProfile& chosen =
         **std::find_if(profiles.begin(), profiles.end(), [&](const auto& one) { return one->word() == profile; });
+    if (const std::string wrong = wrong_wish(chosen, command); !wrong.empty()) {
+      log_error(wrong);
+      return kWrongUse;
+    }
     const Status allowed = chosen.writes_folder(words) ? check_output_folder(words.out) : check_output(words.out);
     if (!allowed.ok()) {
       log_error(allowed.error().message);
@@ -61,9 +92,14 @@ void add_export(Command& all) {
                  "tiles of the map (tile:100m)");
   command.option("--rig", data->words.rig, "images, trajectory, distance: rig file to use instead of the recorded one")
       .reads(data->words.rig);
-  for (const auto& one : data->profiles) one->declare(command);
+  for (const auto& one : data->profiles) {
+    const std::size_t before = command.options().size();
+    one->declare(command);
+    const auto all_now = command.options();
+    for (std::size_t i = before; i < all_now.size(); ++i) data->owners[all_now[i]] = one->word();
+  }
   command.footer(footer);
-  command.runs([data] { return data->run(); });
+  command.runs([data, command] { return data->run(command); });
 }
 
 }  // namespace hueline::apps

@@ -28,6 +28,16 @@ class ExportProfile {
     (void)words;
     return false;
   }
+  /// How the name of its file ends, ".laz"; empty: it has several endings and tells a wrong one itself, or it writes a
+  /// folder.
+  virtual std::string ending() const { return {}; }
+  /// Returns whether a file of this name, in small letters, is what the profile writes.
+  virtual bool is_name(const std::string& name) const { return name.ends_with(ending()); }
+  virtual bool splits() const { return false; }  ///< ExportWords::split is of use
+  virtual bool uses_rig(const ExportWords& words) const {
+    (void)words;
+    return true;
+  }
   /// Declares the options that only this profile has. Their help begins with the profile's word.
   virtual void declare(Command& command) { (void)command; }
   /// Writes. Returns the exit status (apps/exit_code.hpp).

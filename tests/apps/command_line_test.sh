@@ -77,6 +77,16 @@ mkdir empty
 told 3 "empty is a folder without drive.mcap in it" inspect empty
 told 3 "empty is a folder without drive.mcap in it" replay empty --out d
 told 3 "empty is a folder without a cloud \(cloud.las, cloud.laz, cloud.copc.laz\) in it" export empty --out d.laz
+# What an export, an import or a catalogue was asked for and would not do.
+told 2 "c.ply: the profile laz writes a file that ends in .laz; is --profile ply meant\?" export drive --out c.ply
+told 2 "c.copc.LAZ: the profile laz .*is --profile copc meant\?" export drive --out c.copc.LAZ
+told 2 "c.las: the profile ply writes a file that ends in .ply$" export drive --profile ply --out c.las
+told 2 "--lens is of the profile images, and the profile is laz" export drive --out c.laz --lens pinhole
+told 2 "--trajectory is of the profile images, and the profile is trajectory" export drive --profile trajectory --out t.csv --trajectory t.sbet
+told 2 "--split: the profile trajectory does not split" export drive --profile trajectory --out t.csv --split time:60s
+told 2 "--rig: the profile laz writes the cloud as it is" export drive --out c.laz --rig file.yaml
+[ -z "$(ls c.* t.* 2>/dev/null)" ] || fail "a refused export wrote $(ls c.* t.*)"
+told 3 "drive/cloud.las: not a LAS file" export drive --out c.LAZ
 # A part behind the end, before anything of an earlier replay is replaced.
 told 2 "--from 1000: drive/drive.mcap has only [0-9.]+ s; give a smaller one" replay drive --out again --from 1000
 [ -s again/summary.json ] || fail "the products of an earlier replay are gone"

@@ -328,7 +328,7 @@ TEST(ExportE57, IsReadableWhateverTheCloudIsCalled) {
 
 TEST(Export, SaysWhatIsWrong) {
   const TemporaryFolder folder;
-  EXPECT_EQ(export_laz(folder / "none.las", folder / "out.laz", {}).error().code, ErrorCode::Io);
+  EXPECT_EQ(export_laz(folder / "none.las", folder / "out.laz", {}).error().code, ErrorCode::Unavailable);
   write_cloud(folder / "empty.las", 0);
   EXPECT_EQ(export_copc(folder / "empty.las", folder / "out.laz", {}).error().code, ErrorCode::Invalid);
   write_cloud(folder / "cut.las", 10);

@@ -212,7 +212,8 @@ TEST_F(Split, SaysWhatIsWrong) {
   const auto error = [&](const char* how) {
     return split_cloud(folder_ / "cloud.las", folder_ / "parts", *CloudSplit::parse(how), {}, false, {});
   };
-  EXPECT_EQ(split_cloud(folder_ / "none.las", folder_ / "parts", {}, {}, false, {}).error().code, ErrorCode::Io);
+  EXPECT_EQ(split_cloud(folder_ / "none.las", folder_ / "parts", {}, {}, false, {}).error().code,
+            ErrorCode::Unavailable);
   std::filesystem::remove_all(folder_ / "parts");
   EXPECT_EQ(error("tile:100m").error().code, ErrorCode::Io) << "the folder is missing";
 }

@@ -125,6 +125,11 @@ kept=$($hueline inspect limit/cloud.las --json | sed -n 's/.*"points": \([0-9]*\
 grep -q "$((points - kept)) points not written: refused by the disk" said.txt || { cat said.txt; fail "the points that are in no file are not counted"; }
 [ "$kept" -gt 1000 ] || fail "of a cloud that hit the limit of its size $kept points are left"
 
+for profile in laz ply e57; do
+  (ulimit -f 1024; refused 4 $hueline export drive --profile $profile --out limit.$profile)
+  grep -q "write limit.$profile.*File too large" said.txt || { cat said.txt; fail "the refused write of an export is not told"; }
+done
+
 # A camera sends another size than the rig says: this is reported, and its images are recorded, but not used for colours.
 images=$(sed -n 's/^ *width: \([0-9]*\)$/\1/p' rig.yaml | head -1)
 sed "s/^    width: $images\$/    width: $((images + 16))/" rig.yaml >size.yaml
