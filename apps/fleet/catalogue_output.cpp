@@ -59,7 +59,11 @@ Result<std::unique_ptr<CatalogueOutput>> CatalogueOutput::of(const std::string& 
   }
   if (out.find("://") != std::string::npos)
     return Error{ErrorCode::Invalid, "a catalogue is written to a file or to postgresql://USER@HOST/DATABASE"};
-  if (!out.ends_with(".html"))
+  if (!out.ends_with(".html") && !out.ends_with(".gpkg"))
+    return Error{ErrorCode::Invalid, out +
+                                         ": a catalogue is written as a GeoPackage (.gpkg), as a page (.html) or to "
+                                         "postgresql://USER@HOST/DATABASE; give a name that ends so"};
+  if (out.ends_with(".gpkg"))
     return std::unique_ptr<CatalogueOutput>(std::make_unique<FileOutput>(out, "in", geopackage_of));
   const std::filesystem::path folder = std::filesystem::absolute(out).lexically_normal().parent_path();
   return std::unique_ptr<CatalogueOutput>(std::make_unique<FileOutput>(
