@@ -22,6 +22,7 @@
 #include "apps/signals.hpp"
 #include "core/feed_protocol.hpp"
 #include "core/mutex.hpp"
+#include "core/output_file.hpp"
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/feed.hpp"
@@ -348,8 +349,11 @@ class Reachable {
   bool stops_ HUELINE_GUARDED_BY(mutex_) = false;
 };
 
-/// Makes a folder for a new drive in `drives`, named by the time in UTC.
+/// Makes a folder for a new drive in `drives`, which is made too, named by the time in UTC.
 Result<std::filesystem::path> make_drive_folder(const std::filesystem::path& drives) {
+  std::error_code refused;
+  std::filesystem::create_directories(drives, refused);
+  if (refused) return output_error("make folder " + drives.string(), refused.value());
   const std::string time = fmt::format("{:%Y-%m-%d_%H%M%S}", fmt::gmtime(std::time(nullptr)));
   // A drive that begins again within a second, or a clock that was set back, finds its name taken.
   constexpr int kMostOfOneName = 1000;
@@ -478,7 +482,8 @@ void add_capture(Command& all) {
   command.option("--out", options->out,
                  "folder of the drive; it is created if it does not exist; an existing recording is never overwritten");
   command.option("--drives", options->drives,
-                 "in place of --out: folder of drives, in which this one gets a folder named by the time in UTC");
+                 "in place of --out: folder of drives, in which this one gets a folder named by the time in UTC; it is "
+                 "created if it does not exist");
   command.setting("--threads", options->threads, "number of colouring threads; it does not change the result", {1, 64});
   command.setting("--seconds", options->seconds, "end after this many seconds; 0: run until Ctrl-C", {0.0, 1e6});
   command.setting("--buffer", options->buffer_megabytes, "memory for data that waits for the disk and for fusion, MB",

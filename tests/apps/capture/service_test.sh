@@ -9,7 +9,6 @@ trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
 cd "$work"
 source "$source/tests/apps/program.sh"
 printf 'rig: nobody\nsensors:\n  - {name: pps, driver: pps, socket: pps.sock}\ncolouring: {method: lens}\n' >rig.yaml
-mkdir drives
 
 # A service manager that prints what it is told, one line a word.
 cat >manager.py <<'END'
