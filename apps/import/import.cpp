@@ -12,6 +12,8 @@
 #include "apps/exit_code.hpp"
 #include "apps/import/import_bag.hpp"
 #include "apps/log.hpp"
+#include "core/input_file.hpp"
+#include "core/input_folder.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -41,6 +43,11 @@ int import_recording(const ImportCommandOptions& options) {
       return kWrongUse;
     }
   }
+  if (!is_folder(options.bag))
+    if (const auto file = InputFile::open(options.bag); !file.ok()) {
+      log_error(file.error().message);
+      return kInputUnreadable;
+    }
   const auto done = import_bag(what);
   if (!done.ok()) {
     log_error(done.error().message);

@@ -87,6 +87,8 @@ told 2 "--split: the profile trajectory does not split" export drive --profile t
 told 2 "--rig: the profile laz writes the cloud as it is" export drive --out c.laz --rig file.yaml
 [ -z "$(ls c.* t.* 2>/dev/null)" ] || fail "a refused export wrote $(ls c.* t.*)"
 told 3 "drive/cloud.las: not a LAS file" export drive --out c.LAZ
+told 3 "open absent.bag: No such file" import absent.bag --out d
+[ ! -e d ] || fail "an import without a recording made a folder"
 told 2 "fleet.csv: a catalogue is written as a GeoPackage" fleet catalogue drive --out fleet.csv
 # A part behind the end, before anything of an earlier replay is replaced.
 told 2 "--from 1000: drive/drive.mcap has only [0-9.]+ s; give a smaller one" replay drive --out again --from 1000
