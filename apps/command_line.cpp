@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <string_view>
 #include <utility>
@@ -23,6 +24,11 @@ namespace {
 template <typename Number>
 CLI::Option* number(CLI::App& app, const std::string& word, Number& value, const std::string& help, Allowed allowed) {
   CLI::Option* option = app.add_option(word, value, help);
+  // No range is violated by what is no number.
+  option->check([](const std::string& text) {
+    double given = 0;
+    return CLI::detail::lexical_cast(text, given) && std::isnan(given) ? text + " is no number" : std::string();
+  });
   if (allowed.least > -std::numeric_limits<double>::infinity() ||
       allowed.most < std::numeric_limits<double>::infinity())
     option->check(CLI::Range(static_cast<Number>(allowed.least), static_cast<Number>(allowed.most)));
@@ -35,12 +41,6 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
   return out;
 }
 
-/// Returns a message about the first word that is no command or option; empty if there is none. CLI11 would report a
-/// mistyped word as a missing one.
-std::string unknown_word(const CLI::App& all, int argc, char** argv) {
-  const CLI::App* app = &all;
-  std::string path = all.get_name();
-  for (int i = 1; i < argc; ++i) {
 std::vector<std::string> options_of(const CLI::App& app) {
   std::vector<std::string> out;
   for (const CLI::Option* option : app.get_options())
@@ -48,6 +48,12 @@ std::vector<std::string> options_of(const CLI::App& app) {
   return out;
 }
 
+/// Returns a message about the first word that is no command or option; empty if there is none. CLI11 would report a
+/// mistyped word as a missing one.
+std::string unknown_word(const CLI::App& all, int argc, char** argv) {
+  const CLI::App* app = &all;
+  std::string path = all.get_name();
+  for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--") break;
     if (word.size() > 1 && word[0] == '-' &&
@@ -134,6 +140,12 @@ bool comes_with(const std::filesystem::path& folder, const std::string& made) {
   return !error && !below.empty() && *below.begin() != "..";
 }
 
+}  // namespace
+
+Command& Command::reads(const std::string& value) {
+  files_.inputs.push_back(&value);
+  return *this;
+}
 
 Command& Command::reads(const std::vector<std::string>& values) {
   files_.input_lists.push_back(&values);
@@ -170,12 +182,6 @@ int Command::run(const Files& files, const std::function<int()>& work) {
     if (!done.ok()) log_error(done.error().message);
     return !done.ok();
   };
-  for (const std::string* path : files.outputs)
-    if (!comes_later(*path) && refused(*path, check_output)) return kOutputRefused;
-  for (const std::string* path : files.output_folders)
-    if (refused(*path, check_output_folder)) return kOutputRefused;
-  return work();
-}
   // A file in a folder that the command itself makes.
   const auto comes_later = [&](const std::filesystem::path& file) {
     std::error_code error;
@@ -184,6 +190,12 @@ int Command::run(const Files& files, const std::function<int()>& work) {
            std::ranges::any_of(files.output_folders,
                                [&](const std::string* made) { return !made->empty() && comes_with(folder, *made); });
   };
+  for (const std::string* path : files.outputs)
+    if (!comes_later(*path) && refused(*path, check_output)) return kOutputRefused;
+  for (const std::string* path : files.output_folders)
+    if (refused(*path, check_output_folder)) return kOutputRefused;
+  return work();
+}
 
 Command Command::command(const std::string& name, const std::string& help) {
   return Command(*app_->add_subcommand(name, help), *chosen_);
@@ -242,6 +254,20 @@ Command& Command::flag(const std::string& word, bool& value, const std::string& 
   app_->add_flag(word, value, help);
   return *this;
 }
+
+Command& Command::needs(const std::string& word, const std::string& other) {
+  app_->get_option(word)->needs(app_->get_option(other));
+  return *this;
+}
+
+Command& Command::excludes(const std::string& word, const std::string& other) {
+  app_->get_option(word)->excludes(app_->get_option(other));
+  return *this;
+}
+
+std::vector<std::string> Command::options() const { return options_of(*app_); }
+
+bool Command::is_given(const std::string& option) const { return app_->count(option) > 0; }
 
 Command& Command::footer(const std::string& text) {
   app_->footer(text);

@@ -22,6 +22,7 @@ told 2 "hueline rig: give a command: show" rig
 told 2 "hueline replay: RECORDING is required" replay --out d
 told 2 "hueline capture --help says what may be given" capture
 told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
+told 2 "from: nan is no number" replay x --out d --from nan
 told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of them" picture cloud.las
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
 told 2 "one recording is nothing to merge: name two or more" merge a.mcap --rig street --out b.mcap
