@@ -80,7 +80,8 @@ void ObjectMeasuring::aim(Looking& looking, const std::map<std::uint32_t, Listed
     const auto lens =
         std::find_if(head.lenses.begin(), head.lenses.end(), [&](const auto& one) { return one.name == pick.lens; });
     if (lens == head.lenses.end()) {
-      looking.why_not = fmt::format("the rig has no lens '{}'", pick.lens);
+      looking.why_not = fmt::format("the rig has no lens '{}'; it has", pick.lens);
+      for (const auto& one : head.lenses) looking.why_not += " " + one.name;  // no commas: it is a cell of a table
       return;
     }
     at.lens = static_cast<int>(lens - head.lenses.begin());

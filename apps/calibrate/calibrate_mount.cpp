@@ -110,11 +110,18 @@ const KnownLens* lens_of(const LensCorrespondences& seen, const KnownRig& known,
     return one.name == seen.lens || (seen.lens.empty() && known.lenses.size() == 1);
   });
   if (lens != known.lenses.end()) return &*lens;
-  log_error("{}: {} '{}'", options.points,
-            options.drive.rig.empty() ? "without a rig all points must be of one lens; leave the column lens out, or "
-                                        "give --rig: there are some of lens"
-                                      : "the rig has no lens",
-            seen.lens);
+  if (options.drive.rig.empty()) {
+    log_error(
+        "{}: without a rig all points must be of one lens; leave the column lens out, or give --rig: there are some of "
+        "lens '{}'",
+        options.points, seen.lens);
+    return nullptr;
+  }
+  std::string names;
+  for (const KnownLens& one : known.lenses) names += (names.empty() ? "" : ", ") + one.name;
+  const std::string what = seen.lens.empty() ? "the rig has several lenses, so the points need the column lens"
+                                             : fmt::format("the rig has no lens '{}'", seen.lens);
+  log_error("{}: {}; its lenses are: {}", options.points, what, names);
   return nullptr;
 }
 
@@ -289,6 +296,9 @@ void add_calibrate_mount(Command& calibrate) {
       .reads(options->cloud)
       .reads(options->start);
   command.writes_into(options->out);
+  // One way of the three.
+  command.excludes("--points", "--image").excludes("--points", "--recording").excludes("--points", "--scenario");
+  command.excludes("--image", "--recording").excludes("--image", "--scenario");
   command.runs([options] { return calibrate_mount(*options); });
 }
 

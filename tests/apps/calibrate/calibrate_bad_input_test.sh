@@ -49,7 +49,7 @@ ends 3 mount places.csv
 says "agree|rotated|from its place in the rig"
 sed 's/,lens0,/,lens9,/' one.csv >absent.csv
 ends 3 mount absent.csv
-says "the rig has no lens 'lens9'"
+says "the rig has no lens 'lens9'; its lenses are: lens0, lens1"
 # Too few points, and a missing column.
 head -3 one.csv >two.csv
 ends 3 mount two.csv

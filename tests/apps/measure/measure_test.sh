@@ -65,7 +65,7 @@ if [ $# -lt 4 ]; then
   printf 'exposure,u_px,v_px,lens\n2,99999,5,\n2,5,5,lens9\n77,100,500,\n2,-40,5,lens0\n' >"$out/wrong.csv"
   ends 5 measure "$out/wrong.csv"
   says "outside the panorama of 2000 x 1000"
-  says "the rig has no lens 'lens9'"
+  says "the rig has no lens 'lens9'; it has lens0 lens1"
   says "the drive has no exposure 77"
   says "outside the image or the field of view of lens 'lens0'"
 fi
