@@ -159,6 +159,11 @@ Command& Command::writes(const std::string& value) {
 
 Command& Command::writes_into(const std::string& value) {
   files_.output_folders.push_back(&value);
+  return makes(value);
+}
+
+Command& Command::makes(const std::string& value) {
+  files_.made_folders.push_back(&value);
   return *this;
 }
 
@@ -187,7 +192,7 @@ int Command::run(const Files& files, const std::function<int()>& work) {
     std::error_code error;
     const std::filesystem::path folder = file.parent_path();
     return !folder.empty() && !std::filesystem::exists(folder, error) && !error &&
-           std::ranges::any_of(files.output_folders,
+           std::ranges::any_of(files.made_folders,
                                [&](const std::string* made) { return !made->empty() && comes_with(folder, *made); });
   };
   for (const std::string* path : files.outputs)

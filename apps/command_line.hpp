@@ -65,6 +65,8 @@ class Command {
   /// missing if it is one that the command makes for its folder of files.
   Command& writes(const std::string& value);
   Command& writes_into(const std::string& value);
+  /// Declares that the value names a folder that this command makes if it is missing, and does not always write into.
+  Command& makes(const std::string& value);
 
   /// Sets the work of the command, which runs after the words are read and returns the exit status
   /// (apps/exit_code.hpp). Call this last.
@@ -72,7 +74,7 @@ class Command {
 
  private:
   struct Files {
-    std::vector<const std::string*> inputs, outputs, output_folders;
+    std::vector<const std::string*> inputs, outputs, output_folders, made_folders;
     std::vector<const std::vector<std::string>*> input_lists;
   };
   static int run(const Files& files, const std::function<int()>& work);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/remote_store.hpp"
 #include "storage/journal_writer.hpp"
 
 namespace hueline::storage {
@@ -82,7 +83,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
 }
 
 Status check_begin(const std::filesystem::path& path, double from_s) {
-  if (from_s <= 0) return {};
+  if (from_s <= 0 || is_address(path)) return {};
   const auto journal = JournalReader::open(path);
   if (!journal.ok()) return {};  // who reads it will say why
   const auto newest = (*journal)->newest();

@@ -298,7 +298,7 @@ void add_simulate(Command& all) {
                   "size of the camera's largest packet, bytes with IP and UDP headers", {576, 65000});
   command.reads(options->scenario)
       .reads(options->beside)
-      .writes_into(options->out)
+      .makes(options->out)
       .writes(options->rig_file)
       .writes(options->clocks_file)
       .writes(options->trajectory_file)
