@@ -15,6 +15,7 @@
 #include "core/angle.hpp"
 #include "core/portable_math.hpp"
 #include "drivers/hesai/hesai_kernel.hpp"
+#include "drivers/range_steps.hpp"
 #include "drivers/write_returns-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -189,11 +190,9 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
   units.channels = table_.beams.size();
   units.bytes = table_.unit;
   units.range_step = static_cast<float>(packet.range_step_m);
-  // A distance of 0 means "no return", whatever the configuration says.
-  const double nearest = std::max(1.0, std::ceil(min_range_m_ / packet.range_step_m - 1e-6));
-  const double farthest = std::min(65535.0, std::floor(max_range_m_ / packet.range_step_m + 1e-6));
-  units.nearest = static_cast<std::uint32_t>(nearest);
-  units.count = static_cast<std::uint32_t>(std::max(0.0, farthest - nearest + 1));
+  const auto [nearest, steps] = range_steps(min_range_m_, max_range_m_, packet.range_step_m);
+  units.nearest = nearest;
+  units.count = steps;
 
   HesaiBlocks result;
   const auto shortest = *std::min_element(table_.times.begin(), table_.times.end());

@@ -8,12 +8,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "drivers/portable_vectors-inl.hpp"
+#include "drivers/range_steps.hpp"
 #include "drivers/robosense/robosense_solid.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
 #include "drivers/write_returns-inl.hpp"
@@ -43,10 +43,9 @@ struct RobosenseSolidPoints {
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
 
-/// Replaces `returns` by those of the points, whose firings have `return_count` returns, between two ranges in units.
+/// Replaces `returns` by those of the points, whose firings have `return_count` returns.
 void place_solid_points(const RobosenseSolidPoints& points, const AzimuthDirection* directions,
-                        std::uint32_t return_count, std::int32_t before_nearest, std::int32_t behind_farthest,
-                        std::vector<LaserReturn>& returns) {
+                        std::uint32_t return_count, RangeSteps kept, std::vector<LaserReturn>& returns) {
   const FloatTag d;
   const IntTag whole;
   const WordTag bits;
@@ -70,8 +69,9 @@ void place_solid_points(const RobosenseSolidPoints& points, const AzimuthDirecti
       x = place(0), y = place(1), z = place(2);
       azimuth = azimuth_of(y, x);
     }
-    const auto is_kept = hn::RebindMask(
-        bits, hn::And(hn::Gt(steps, hn::Set(whole, before_nearest)), hn::Lt(steps, hn::Set(whole, behind_farthest))));
+    // A range that is too near becomes a large number, because words have no sign.
+    const auto is_kept =
+        hn::Lt(hn::Sub(hn::BitCast(bits, steps), hn::Set(bits, kept.nearest)), hn::Set(bits, kept.count));
     const auto word = [&](auto lanes) { return hn::BitCast(bits, lanes); };
     out = write_returns(is_kept, word(hn::Neg(y)), word(x), word(z), word(range), word(azimuth),
                         hn::Load(bits, points.time_ns.data() + at), hn::Load(bits, points.tags.data() + at),
@@ -154,12 +154,9 @@ void decode_robosense_solid_points(std::span<const std::byte> bytes, const Robos
     points.range[k] = points.said[0][k] = points.said[1][k] = points.said[2][k] = 0;
     points.time_ns[k] = points.tags[k] = 0;
   }
-  // A range of 0 means that there is none.
-  const double nearest = std::max(1.0, std::ceil(min_range_m / kSolidRangeUnit - 1e-6));
-  const double farthest = std::min(65535.0, std::floor(max_range_m / kSolidRangeUnit + 1e-6));
   HWY_DYNAMIC_DISPATCH(place_solid_points)
-  (points, azimuth_directions().data(), packet.is_m1 && packet.is_dual ? 2 : 1, static_cast<std::int32_t>(nearest) - 1,
-   static_cast<std::int32_t>(farthest) + 1, out);
+  (points, azimuth_directions().data(), packet.is_m1 && packet.is_dual ? 2 : 1,
+   range_steps(min_range_m, max_range_m, kSolidRangeUnit), out);
 }
 
 }  // namespace hueline::drivers

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/portable_math.hpp"
+#include "drivers/range_steps.hpp"
 #include "drivers/velodyne/velodyne_kernel.hpp"
 #include "drivers/write_returns-inl.hpp"
 
@@ -136,7 +137,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kCircle = kAzimuthsOfCircle;
-constexpr float kRadPerCount = static_cast<float>(2 * kPi / kCircle);
 constexpr std::size_t kBlockBytes = 100;
 
 /// The fastest model turns 20 times a second. An azimuth step of more than twice that rate is a jump. While the motor
@@ -162,11 +162,9 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       turns_(firings_.size(), std::vector<Turn>(static_cast<std::size_t>(kTremble + max_step_ + 1))),
       mean_turns_(firings_.size()) {
   choice_.returns = config.returns;
-  // A range of 0 steps means "no return", whatever the configuration says.
-  const double nearest = std::max(1.0, std::ceil(config.min_range_m / table_.range_step_m - 1e-6));
-  const double farthest = config.max_range_m ? std::floor(*config.max_range_m / table_.range_step_m + 1e-6) : 65535.0;
-  choice_.nearest = static_cast<std::uint32_t>(nearest);
-  choice_.count = static_cast<std::uint32_t>(std::max(0.0, std::min(65535.0, farthest) - nearest + 1));
+  const auto [nearest, count] = range_steps(config.min_range_m, config.max_range_m.value_or(1e9), table_.range_step_m);
+  choice_.nearest = nearest;
+  choice_.count = count;
   choice_.range_step = static_cast<float>(table_.range_step_m);
   double width = config.azimuth_end - config.azimuth_begin;
   if (width < 0) width += 2 * kPi;
@@ -200,7 +198,7 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     }
   for (std::size_t bank = 0; bank < firings_.size(); ++bank)
     for (int step = -kTremble; step <= max_step_; ++step) HWY_DYNAMIC_DISPATCH(fill_turn)
-  (firings_[bank], static_cast<float>(step) * kRadPerCount, turns_[bank][static_cast<std::size_t>(step + kTremble)]);
+  (firings_[bank], static_cast<float>(step) * kAzimuthStep, turns_[bank][static_cast<std::size_t>(step + kTremble)]);
 }
 
 int VelodyneKernel::step(int from, int to) const {
@@ -270,7 +268,7 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
   std::array<Block, kVelodyneBlocks> wanted;
   std::size_t count = 0, timed = 0;
   for (std::size_t bank = 0; bank < firings_.size(); ++bank)
-    HWY_DYNAMIC_DISPATCH(fill_turn)(firings_[bank], mean_step * kRadPerCount, mean_turns_[bank]);
+    HWY_DYNAMIC_DISPATCH(fill_turn)(firings_[bank], mean_step * kAzimuthStep, mean_turns_[bank]);
   for (int u = 0; u < units; ++u) {
     const auto i = static_cast<std::size_t>(u);
     if (!unit[i].is_valid) continue;
@@ -289,7 +287,7 @@ VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_
                          &turn,
                          block(b),
                          is_dual ? block(b + 1) : nullptr,
-                         static_cast<float>(azimuth) * kRadPerCount,
+                         static_cast<float>(azimuth) * kAzimuthStep,
                          unit[i].azimuth < kNearNorth || unit[i].azimuth >= kCircle - kNearNorth,
                          directions[azimuth],
                          unit_ns};
