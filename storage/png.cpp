@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/input_file.hpp"
+#include "core/sample_bits.hpp"
 #include "storage/file_writer.hpp"
 
 namespace hueline::storage {
@@ -40,12 +41,10 @@ Bytes without_colour_space(ByteView png) {
   return out;
 }
 
-/// Returns how many of 16 bits a picture leaves empty: cameras give 10, 12 or 14 bits in the lower ones.
-unsigned empty_bits(std::span<const std::uint16_t> values) {
+unsigned used_bits(std::span<const std::uint16_t> values) {
   unsigned all = 0;
   for (const std::uint16_t value : values) all |= value;
-  const auto used = static_cast<unsigned>(std::bit_width(all));
-  return used > 14 ? 0 : 16 - std::max(10U, (used + 1) & ~1U);
+  return static_cast<unsigned>(std::bit_width(all));
 }
 
 }  // namespace
@@ -136,7 +135,7 @@ Result<RgbImage> brightened_png(ByteView png, RgbImage decoded) {
     return Error{ErrorCode::Malformed, image.message};
   }
   if (channels != 3) return decoded;
-  const unsigned shift = 8 - empty_bits(values);
+  const unsigned shift = 8 - empty_bits(used_bits(values));
   for (std::size_t i = 0; i < values.size(); ++i)
     decoded.pixels[i / 3][i % 3] = static_cast<std::uint8_t>(values[i] >> shift);
   return decoded;

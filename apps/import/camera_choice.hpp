@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "core/sample_bits.hpp"
 #include "core/time.hpp"
 
 /// The topics whose images become cameras.
@@ -24,9 +24,7 @@ struct CameraTopic {
   std::optional<nanoseconds> delay{};
   unsigned used_bits = 0;  ///< of samples with 16 bits, of all images; 0: the samples have 8
   /// How many bits the samples have to be raised: those of a camera with 10, 12 or 14 bits are stored in 16.
-  unsigned raised_bits() const {
-    return used_bits == 0 || used_bits > 14 ? 0 : 16 - std::max(10U, (used_bits + 1) & ~1U);
-  }
+  unsigned raised_bits() const { return used_bits == 0 ? 0 : empty_bits(used_bits); }
   std::string why;        ///< why its images cannot be read
   bool has_lens = false;  ///< the recording says its lens, and the model is read
 };

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <opencv2/aruco/charuco.hpp>
@@ -15,6 +16,7 @@
 
 #include "calibration/lens/find_board.hpp"
 #include "core/input_file.hpp"
+#include "core/sample_bits.hpp"
 
 namespace hueline::calibration {
 namespace {
@@ -326,12 +328,10 @@ Result<GreyImage> read_grey_image(const std::string& path) {
     constexpr int kAsStored = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
     if (!bytes->empty()) grey = cv::imdecode(encoded, kAsStored | cv::IMREAD_ANYDEPTH);
     if (!grey.empty() && grey.depth() == CV_16U) {
-      // Cameras of 10, 12 or 14 bits give them in the lower ones of 16.
       double most = 0;
       cv::minMaxLoc(grey, nullptr, &most);
-      double full = 1024;
-      while (full <= most) full *= 4;
-      grey.convertTo(grey, CV_8U, 256 / full, -0.5);
+      const unsigned bits = 16 - empty_bits(static_cast<unsigned>(std::bit_width(static_cast<unsigned>(most))));
+      grey.convertTo(grey, CV_8U, 256.0 / (1U << bits), -0.5);
     } else if (!grey.empty() && grey.depth() != CV_8U) {
       grey = cv::imdecode(encoded, kAsStored);
     }
