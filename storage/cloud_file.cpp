@@ -141,10 +141,11 @@ std::size_t row_length(std::span<const float> values) {
   const auto some = values.first(std::min(values.size(), kMostValues));
   float least = row_change(some, 4) / 2;
   for (const std::size_t length : {3, 5, 6})
-    if (const float change = row_change(some, length); values.size() % length == 0 && change < least) {
-      least = change;
-      best = length;
-    }
+    if (values.size() % length == 0)
+      if (const float change = row_change(some, length); change < least) {
+        least = change;
+        best = length;
+      }
   return best;
 }
 

@@ -25,26 +25,21 @@ bool is_fisheye_model(const std::string& model) {
 
 constexpr double kMostOff_px = 1;  // of the nearest lens from a published one
 
-/// The lens models that hueline does not compute with, by their names in the files, and how many numbers of shape they
-/// have.
+/// The lens models that hueline does not compute with, by their names in the files, and how many numbers of shape and
+/// of distortion they have.
 struct OtherModel {
   const char* name;
-  std::size_t shape;
+  std::size_t shape, distortion;
   LensRadius (*radius)(double angle, const Numbers& shape, const Numbers& distortion);
 };
-
-/// Returns what k1 and k2 make of a radius.
-LensRadius with_k1_k2(double m, const Numbers& distortion) {
-  const auto k = [&](std::size_t i) { return i < distortion.size() ? distortion[i] : 0.0; };
-  return {m, m * (1 + m * m * (k(0) + m * m * k(1)))};
-}
 
 constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();
 
 /// Mei's model (ICRA 2007): omni of Kalibr, MEI of camodocal, omnidir of OpenCV.
 LensRadius omni_radius(double angle, const Numbers& shape, const Numbers& distortion) {
-  const double z = std::cos(angle) + shape[0];
-  return z > 0 ? with_k1_k2(std::sin(angle) / z, distortion) : LensRadius{kUnseen, kUnseen};
+  const double z = std::cos(angle) + shape[0], m = std::sin(angle) / z, q = m * m;
+  const auto k = [&](std::size_t i) { return i < distortion.size() ? distortion[i] : 0.0; };
+  return z > 0 ? LensRadius{m, m * (1 + q * (k(0) + q * k(1)))} : LensRadius{kUnseen, kUnseen};
 }
 
 /// The double sphere of Usenko et al. (3DV 2018).
@@ -75,11 +70,11 @@ LensRadius rational_radius(double angle, const Numbers& /*shape*/, const Numbers
   return {m, below > 0 ? m * (1 + q * (k[0] + q * (k[1] + q * k[4]))) / below : kUnseen};
 }
 
-constexpr std::array<OtherModel, 5> kOtherModels{{{"omni", 1, omni_radius},
-                                                  {"ds", 2, double_sphere_radius},
-                                                  {"eucm", 2, eucm_radius},
-                                                  {"fov", 0, fov_radius},
-                                                  {"rational", 0, rational_radius}}};
+constexpr std::array<OtherModel, 5> kOtherModels{{{"omni", 1, 4, omni_radius},
+                                                  {"ds", 2, 0, double_sphere_radius},
+                                                  {"eucm", 2, 0, eucm_radius},
+                                                  {"fov", 0, 1, fov_radius},
+                                                  {"rational", 0, 8, rational_radius}}};
 
 /// Returns the model of a lens that is none of hueline's, with all its numbers; null if it is one, or not read.
 const OtherModel* other_model(const PublishedLens& lens) {
@@ -87,11 +82,10 @@ const OtherModel* other_model(const PublishedLens& lens) {
   const bool is_rational = lens.shape.empty() && !is_fisheye_model(lens.model) && k.size() >= 8 &&
                            std::any_of(k.begin() + 5, k.begin() + 8, [](double v) { return v != 0; });
   for (const OtherModel& one : kOtherModels) {
-    const std::string name = one.name;
-    const std::size_t most = name == "omni" ? 4 : name == "rational" ? 8 : name == "fov" ? 1 : 0;
+    const std::string_view name = one.name;
     if (name == "rational" ? !is_rational : lens.model != name || lens.shape.size() != one.shape) continue;
     if (name == "fov" && (k.empty() || !(k[0] > 0.01 && k[0] < 3))) continue;
-    if (std::any_of(k.begin() + static_cast<std::ptrdiff_t>(std::min(most, k.size())), k.end(),
+    if (std::any_of(k.begin() + static_cast<std::ptrdiff_t>(std::min(one.distortion, k.size())), k.end(),
                     [](double v) { return v != 0; }))
       continue;
     return &one;
@@ -104,8 +98,8 @@ void take_other_lens(const PublishedLens& lens, const OtherModel& model, const M
                      ShotCalibration& out) {
   OtherLens other{lens.width, lens.height, {K(0, 0), K(1, 1)}, {K(0, 2), K(1, 2)}, {}};
   other.radius = [&](double angle) { return model.radius(angle, lens.shape, lens.distortion); };
-  const bool has_tangential = std::string_view(model.name) != "fov" && lens.distortion.size() >= 4;
-  if (has_tangential) other.p1 = lens.distortion[2], other.p2 = lens.distortion[3];
+  if (model.distortion >= 4 && lens.distortion.size() >= 4)
+    other.p1 = lens.distortion[2], other.p2 = lens.distortion[3];
   if (lens.width == 0 || lens.height == 0)
     throw config::ConfigError(fmt::format(
         "{}: the size of the image is missing, and a lens of the model {} is not read without", file, model.name));

@@ -104,8 +104,9 @@ void read_unnamed(const std::string& path, const std::map<std::string, Numbers>&
       lens.distortion = values;
     } else {
       const Pose found = pose_of(values, path + ": the matrix" + (title.empty() ? "" : " " + title));
-      out.T_lens_scanner = is_from_camera(path) ? turned_round(found) : found;
-      if (is_from_camera(path))
+      const bool is_turned = is_from_camera(path);
+      out.T_lens_scanner = is_turned ? turned_round(found) : found;
+      if (is_turned)
         out.pose_note = path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
     }
   }
