@@ -272,7 +272,8 @@ TEST(CanLog, TablesOfSavvyCanAndPythonCan) {
   ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
   EXPECT_EQ((*entry)->time, nanoseconds(1'483'389'946'197'000'000));
   EXPECT_EQ((*entry)->frame.length, 8);
-  EXPECT_EQ((*entry)->frame.data, (CanFrame{.data = {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88}}.data));
+  const decltype(CanFrame::data) sent{0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88};
+  EXPECT_EQ((*entry)->frame.data, sent);
   EXPECT_EQ((*python.take("1.5,0x18fef100,1,0,0,2,//8="))->frame.data[1], 0xFF);
   EXPECT_TRUE((*python.take("1.5,0x123,0,1,0,4,"))->frame.is_remote);
   EXPECT_TRUE((*python.take("1.5,0x4,0,0,1,0,"))->frame.is_error);
