@@ -22,9 +22,9 @@ class HesaiKernel;
 /// TimeLabel.
 ///
 /// LaserBatch::time is the first firing of the packet as Unix time, from the UTC that each packet carries. A return has
-/// the time of its own firing, and the azimuth of its block plus the beam's own. Several returns of a firing are
-/// counted by range; equal ones are one. Frame: Scanner (z up, y forward at azimuth 0, x right; azimuth clockwise from
-/// above).
+/// the time of its own firing, and the azimuth of the head at that time plus the beam's own. Several returns of a
+/// firing are counted by range; equal ones are one. Frame: Scanner (z up, y forward at azimuth 0, x right; azimuth
+/// clockwise from above).
 ///
 /// Faults:
 /// - Malformed: a wrong size, or a field out of its range.

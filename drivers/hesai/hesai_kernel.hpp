@@ -42,6 +42,7 @@ class HesaiKernel {
   struct Units {
     std::size_t channels, bytes;  ///< number of channels, bytes of a unit
     float range_step;
+    float turn;                    ///< of the head, rad/ns
     std::uint32_t nearest, count;  ///< the smallest distance that is kept, and how many from there on, in steps
   };
   /// The blocks of the same firings.

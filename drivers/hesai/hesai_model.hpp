@@ -20,6 +20,9 @@
 ///        0     2  flag 0xFF 0xEE, of the Pandar40P only
 ///        0     2  azimuth, 0.01 degrees
 ///        2        units: distance, 2 bytes; reflectivity; of some models one byte more
+///
+/// The head turns on while the channels of a block fire one after the other: a channel looks to the azimuth of the
+/// block, plus its own, plus the speed of the motor times its firing's time after that of the block.
 namespace hueline::drivers {
 
 /// In the order of hesai_tables().
@@ -28,7 +31,7 @@ enum class HesaiModel : std::uint8_t { Pandar40P, Pandar64, Qt64, Qt128, Xt16, X
 /// The direction of one beam.
 struct HesaiBeam {
   double elevation_deg = 0;
-  double azimuth_deg = 0;  ///< against the azimuth of the block, clockwise seen from above
+  double azimuth_deg = 0;  ///< against that of the head when it fires, clockwise seen from above
 };
 
 /// Where the fields of the tail are, in bytes from its beginning.

@@ -8,6 +8,8 @@ namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kFixAt = 506, kLockAt = 507;
+/// The fastest models turn 1200 times a minute.
+constexpr unsigned kMostTurnsPerMin = 3000;
 
 unsigned u8(std::span<const std::byte> bytes, std::size_t at) { return static_cast<unsigned>(bytes[at]); }
 std::uint32_t u32(std::span<const std::byte> bytes, std::size_t at) {
@@ -100,6 +102,10 @@ Result<HesaiPacket> decode_hesai(std::span<const std::byte> datagram, const Hesa
   if (step_mm == 0 || step_mm > 20)
     return Error{ErrorCode::Malformed, fmt::format("{}: step of the distance {} mm", table.name, step_mm)};
   packet.range_step_m = step_mm * 1e-3;
+  const unsigned turns = u8(tail, table.tail.speed) | u8(tail, table.tail.speed + 1) << 8U;
+  if (turns > kMostTurnsPerMin)
+    return Error{ErrorCode::Malformed, fmt::format("{}: a motor that turns {} times a minute", table.name, turns)};
+  packet.turns_per_min = turns;
   const std::uint32_t us = u32(tail, table.tail.microseconds);
   if (us > 1'000'000)
     return Error{ErrorCode::Malformed, fmt::format("{}: {} us are beyond the second", table.name, us)};

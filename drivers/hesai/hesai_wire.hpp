@@ -27,6 +27,7 @@ struct HesaiPacket {
   int returns = 1;        ///< blocks of the same firings
   std::uint8_t mode = 0;  ///< the maker's number of the return mode
   double range_step_m = 0;
+  double turns_per_min = 0;      ///< of the motor
   std::optional<UnixTime> time;  ///< nothing: the scanner has no date
   std::optional<std::uint32_t> sequence;
   bool is_second = false;  ///< of a QT128 in dual-return mode: the times are those of its second loop

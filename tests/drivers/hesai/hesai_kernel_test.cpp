@@ -58,16 +58,22 @@ std::vector<LaserReturn> plain(const test::Bytes& bytes, const HesaiPacket& data
         if (metres < config.min_range_m - 1e-9 || metres > config.max_range_m.value_or(1e9) + 1e-9) continue;
         LaserReturn& made = out.emplace_back();
         made.range_m = static_cast<float>(echoes[k].distance) * static_cast<float>(data.range_step_m);
+        const std::int32_t own_ns = (is_second ? table.times_of_second : table.times)[c];
+        const float turn =
+            static_cast<float>(own_ns) * static_cast<float>(data.turns_per_min * (2 * std::numbers::pi / 60e9));
+        const float sin_turn = turn * (1.0f - turn * turn * (1.0f / 6)), cos_turn = 1.0f - turn * turn * 0.5f;
+        const float sin_still = sine(head) * cosine(own) + cosine(head) * sine(own);
+        const float cos_still = cosine(head) * cosine(own) - sine(head) * sine(own);
         const float flat = made.range_m * cosine(elevation);
-        made.x = flat * (sine(head) * cosine(own) + cosine(head) * sine(own));
-        made.y = flat * (cosine(head) * cosine(own) - sine(head) * sine(own));
+        made.x = flat * (sin_still * cos_turn + cos_still * sin_turn);
+        made.y = flat * (cos_still * cos_turn - sin_still * sin_turn);
         made.z = made.range_m * sine(elevation);
         constexpr auto kTurn = static_cast<float>(2 * std::numbers::pi);
-        made.azimuth =
-            static_cast<float>(azimuth) * static_cast<float>(2 * std::numbers::pi / kCircle) + static_cast<float>(own);
+        made.azimuth = static_cast<float>(azimuth) * static_cast<float>(2 * std::numbers::pi / kCircle) +
+                       static_cast<float>(own) + turn;
         if (made.azimuth < 0) made.azimuth += kTurn;
         if (made.azimuth >= kTurn) made.azimuth -= kTurn;
-        made.time_offset_ns = block_ns + (is_second ? table.times_of_second : table.times)[c];
+        made.time_offset_ns = block_ns + own_ns;
         made.channel = static_cast<std::uint16_t>(std::ranges::count_if(
             table.beams, [&](const HesaiBeam& o) { return o.elevation_deg < table.beams[c].elevation_deg; }));
         made.reflectivity = static_cast<std::uint8_t>(echoes[k].reflectivity);
@@ -112,6 +118,7 @@ TEST(HesaiKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
           data.returns = 1 + i % 3;
           if (table.blocks % data.returns != 0) continue;
           data.range_step_m = (1 + random.below(20)) * 1e-3;
+          data.turns_per_min = random.below(3001);
           data.is_second = random.one_in(2);
           const test::Bytes bytes = random_packet(random, table, data.returns);
           std::vector<LaserReturn> returns;
