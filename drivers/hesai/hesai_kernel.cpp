@@ -85,7 +85,11 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
                hn::Or(tags, hn::And(words, hn::Set(bits, tags_of(0, 0xFF, 0)))));
   };
 
-  auto first = hn::Load(bits, blocks[0].data() + at);
+  const auto load_block = [&](std::size_t block) {
+    const auto words = hn::Load(bits, blocks[block].data() + at);
+    return hn::IfThenZeroElse(hn::Lt(distance_of(words), hn::Set(bits, HesaiKernel::kLeastDistance)), words);
+  };
+  auto first = load_block(0);
   if constexpr (kReturns == 1) {
     return make(first, 1, [&](auto... quantities) { return write_returns(is_kept(first), quantities..., one, out); });
   } else {
@@ -100,7 +104,7 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
     const auto count_of = [&](auto words) {
       return hn::IfThenElseZero(hn::Ne(distance_of(words), hn::Zero(bits)), one);
     };
-    auto second = hn::Load(bits, blocks[1].data() + at);
+    auto second = load_block(1);
     second = hn::IfThenZeroElse(is_same(second, first), second);
     if constexpr (kReturns == 2) {
       sort(first, second);
@@ -113,7 +117,7 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
       make(second, 2, [&](auto... quantities) { lanes[1].store(is_kept(second), quantities..., count); });
       return write_in_turn(lanes, out);
     } else {
-      auto third = hn::Load(bits, blocks[2].data() + at);
+      auto third = load_block(2);
       third = hn::IfThenZeroElse(hn::Or(is_same(third, first), is_same(third, second)), third);
       sort(first, second);
       sort(second, third);

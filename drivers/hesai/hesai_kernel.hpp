@@ -31,6 +31,7 @@ class HesaiKernel {
   static constexpr std::size_t kMost = 128;       ///< channels
   static constexpr std::size_t kMostReturns = 3;  ///< of a firing
   static constexpr std::size_t kMostBlocks = 10;
+  static constexpr std::uint32_t kLeastDistance = 4;  ///< of a return, in steps: smaller ones say why there is none
   using Floats = std::array<float, kMost>;
   /// Constants of each channel.
   struct Channels {

@@ -19,7 +19,8 @@
 ///   block
 ///        0     2  flag 0xFF 0xEE, of the Pandar40P only
 ///        0     2  azimuth, 0.01 degrees
-///        2        units: distance, 2 bytes; reflectivity; of some models one byte more
+///        2        units: distance, 2 bytes; reflectivity; of some models one byte more. A distance below 4 steps is
+///                 no return (of an OT128: 0 the channel did not fire, 1 and 2 something is too near, 3 nothing came)
 ///
 /// The head turns on while the channels of a block fire one after the other: a channel looks to the azimuth of the
 /// block, plus its own, plus the speed of the motor times its firing's time after that of the block.

@@ -44,7 +44,7 @@ std::vector<LaserReturn> plain(const test::Bytes& bytes, const HesaiPacket& data
       for (int i = 0; i < data.returns; ++i) {
         const std::byte* unit = block(i) + table.flag + 2 + table.unit * c;
         const Echo echo{u16(unit), static_cast<unsigned>(unit[2])};
-        if (echo.distance != 0 &&
+        if (echo.distance >= 4 &&
             std::ranges::none_of(echoes, [&](const Echo& other) { return other.distance == echo.distance; }))
           echoes.push_back(echo);
       }
@@ -96,7 +96,7 @@ test::Bytes random_packet(test::RandomPackets& random, const HesaiTable& table, 
     if (table.flag != 0) out.u16(random.one_in(30) ? random.below(0x10000) : 0xEEFF);
     out.u16(random.one_in(30) ? random.below(0x10000) : azimuth);
     for (unsigned& distance : before) {
-      distance = random.distance(distance);
+      distance = random.one_in(12) ? random.below(5) : random.distance(distance);
       out.u16(distance).u8(random.below(256)).zeros(table.unit - 3);
     }
   }

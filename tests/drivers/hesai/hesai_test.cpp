@@ -164,6 +164,24 @@ TEST(Hesai, TwoReturnsAreCountedByRangeAndEqualOnesAreOne) {
   EXPECT_EQ(only<LaserBatch>(decode(decoder, xt32(0x39, {2500, 2500}, 0, 2))).at(0).returns.size(), 128u);
 }
 
+/// They tell why there is none: too near, or nothing came back.
+TEST(Hesai, DistancesBelowFourStepsAreNoReturns) {
+  HesaiDecoder::Config config = of_xt32();
+  config.min_range_m = 0;
+  HesaiDecoder decoder(config);
+  for (const unsigned code : {0u, 1u, 2u, 3u}) {
+    const auto batches = only<LaserBatch>(decode(decoder, xt32(0x39, {2500, code}, 1000 * code, code + 1)));
+    ASSERT_EQ(batches.at(0).returns.size(), 128u) << code;
+    EXPECT_FLOAT_EQ(batches[0].returns[0].range_m, 10);
+    EXPECT_EQ(batches[0].returns[0].return_number, 1);
+    EXPECT_EQ(batches[0].returns[0].return_count, 1);
+    EXPECT_TRUE(only<LaserBatch>(decode(decoder, xt32(0x37, {code, code}, 1000 * code + 400, code + 100)))
+                    .at(0)
+                    .returns.empty());
+  }
+  EXPECT_EQ(only<LaserBatch>(decode(decoder, xt32(0x37, {4, 4}, 5000, 200))).at(0).returns.size(), 256u);
+}
+
 TEST(Hesai, WhatIsWrongIsSaid) {
   HesaiDecoder decoder(of_xt32());
   const auto kinds = [&](const test::Bytes& packet, std::int64_t received_ns) {
