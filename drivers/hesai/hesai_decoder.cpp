@@ -32,7 +32,8 @@ void HesaiDecoder::Config::visit(Keys& keys) {
                {"PandarXT-16", HesaiModel::Xt16},
                {"PandarXT-32", HesaiModel::Xt32},
                {"XT32M2X", HesaiModel::Xt32m2},
-               {"OT128", HesaiModel::Ot128}});
+               {"OT128", HesaiModel::Ot128},
+               {"Pandar128", HesaiModel::Pandar128}});
   keys.choice(
       {"clock", "",
        "What the scanner's clock follows. `told`: a GNSS receiver, and the scanner's GPS packets say whether it "

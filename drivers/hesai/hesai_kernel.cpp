@@ -58,7 +58,7 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
   const auto sin_own = load(channels.sin_azimuth), cos_own = load(channels.cos_azimuth);
   const auto sin_still = hn::Add(hn::Mul(sin_block, cos_own), hn::Mul(cos_block, sin_own));
   const auto cos_still = hn::Sub(hn::Mul(cos_block, cos_own), hn::Mul(sin_block, sin_own));
-  const auto& times = group.is_second ? channels.time_of_second_ns : channels.time_ns;
+  const auto& times = group.has_other_times ? channels.other_time_ns : channels.time_ns;
   const auto own_time = hn::Load(whole, times.data() + at);
   const auto time = hn::Add(hn::Set(whole, group.time_ns), own_time);
   // The head turns by less than 3 degrees from the block's time to the firing: two terms of the series are enough.
@@ -185,15 +185,18 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     channels_.cos_azimuth[c] = static_cast<float>(portable::cos(azimuth));
     channels_.azimuth[c] = static_cast<float>(azimuth);
     channels_.time_ns[c] = table_.times[c];
-    channels_.time_of_second_ns[c] = table_.times_of_second.empty() ? table_.times[c] : table_.times_of_second[c];
+    channels_.other_time_ns[c] = !table_.times_of_second.empty()         ? table_.times_of_second[c]
+                                 : table_.times[c] >= table_.fine_period ? table_.times[c] - table_.fine_period
+                                                                         : table_.times[c];
     channels_.ring[c] = ring;
   }
 }
 
 /// Returns the time of a block after the packet's time. The blocks of the same firings have the same.
-std::int32_t HesaiKernel::block_ns(int block, int returns) const {
-  if (table_.first_block != 0) return table_.first_block + table_.block_period * (block / returns);
-  return table_.last_block - table_.block_period * ((table_.blocks - block - 1) / returns);
+std::int32_t HesaiKernel::block_ns(int block, const HesaiPacket& packet) const {
+  const std::int32_t period = packet.is_fine ? table_.fine_period : table_.block_period;
+  if (table_.first_block != 0) return table_.first_block + period * (block / packet.returns);
+  return table_.last_block - period * ((table_.blocks - block - 1) / packet.returns);
 }
 
 HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPacket& packet,
@@ -209,8 +212,9 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
   units.count = steps;
 
   HesaiBlocks result;
-  const auto shortest = *std::min_element(table_.times.begin(), table_.times.end());
-  const std::int32_t first_ns = block_ns(0, packet.returns) + shortest;
+  const auto& times = packet.is_fine ? channels_.other_time_ns : channels_.time_ns;
+  const auto shortest = *std::min_element(times.begin(), times.begin() + table_.channels());
+  const std::int32_t first_ns = block_ns(0, packet) + shortest;
   result.first_firing = nanoseconds(first_ns);
   std::array<Group, kMostBlocks> groups;
   std::size_t count = 0;
@@ -235,8 +239,8 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
           first + table_.block_bytes() * static_cast<std::size_t>(i) + table_.flag + 2;
     group.azimuth = static_cast<float>(azimuth) * kAzimuthStep;
     group.direction = directions[static_cast<std::size_t>(azimuth)];
-    group.time_ns = block_ns(b, packet.returns) - first_ns;
-    group.is_second = is_second;
+    group.time_ns = block_ns(b, packet) - first_ns;
+    group.has_other_times = is_second || packet.is_fine;
   }
   HWY_DYNAMIC_DISPATCH(decode_groups)
   ({groups.data(), count}, packet.returns, units, channels_, scratch_.data(), returns);

@@ -36,7 +36,9 @@ class HesaiKernel {
   /// Constants of each channel.
   struct Channels {
     alignas(64) Floats sin_elevation, cos_elevation, sin_azimuth, cos_azimuth, azimuth;
-    alignas(64) std::array<std::int32_t, kMost> time_ns, time_of_second_ns;
+    alignas(64) std::array<std::int32_t, kMost> time_ns;
+    /// Those of every second block, or in high resolution; a model has one of them at most.
+    alignas(64) std::array<std::int32_t, kMost> other_time_ns;
     alignas(64) std::array<std::uint32_t, kMost> ring;
   };
   /// How the units of a packet become returns.
@@ -52,11 +54,11 @@ class HesaiKernel {
     float azimuth;                                     ///< rad
     AzimuthDirection direction;
     std::int32_t time_ns;
-    bool is_second;  ///< the times of the channels are those of every second block
+    bool has_other_times;
   };
 
  private:
-  std::int32_t block_ns(int block, int returns) const;
+  std::int32_t block_ns(int block, const HesaiPacket& packet) const;
 
   const HesaiTable& table_;
   double min_range_m_, max_range_m_;

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,26 @@
 
 namespace hueline::drivers {
 namespace {
+
+/// Returns which product that is not supported the protocol of a data packet belongs to, such as " (AT128)".
+std::string other_hesai(std::span<const std::byte> bytes) {
+  const auto u8 = [&](std::size_t at) { return static_cast<unsigned>(bytes[at]); };
+  switch (u8(2) << 8U | u8(3)) {
+    case 0x0104:
+      return u8(4) >= 137 ? " (JT128)" : "";
+    case 0x0108:
+      return " (JT16)";
+    case 0x0401:
+    case 0x0403:
+      return " (AT128)";
+    case 0x0407:
+      return " (ATX)";
+    case 0x0702:
+      return " (FT120)";
+    default:
+      return "";
+  }
+}
 
 class HesaiListener final : public CaptureListener {
  public:
@@ -30,9 +52,10 @@ class HesaiListener final : public CaptureListener {
     const auto model = hesai_model(bytes);
     if (!model) {
       if (has_hesai_header(bytes) && unknown_.size() < 16)
-        unknown_.insert(fmt::format("{} channels in {} blocks, {} bytes, protocol {}.{}",
+        unknown_.insert(fmt::format("{} channels in {} blocks, {} bytes, protocol {}.{}{}",
                                     static_cast<unsigned>(bytes[6]), static_cast<unsigned>(bytes[7]), bytes.size(),
-                                    static_cast<unsigned>(bytes[2]), static_cast<unsigned>(bytes[3])));
+                                    static_cast<unsigned>(bytes[2]), static_cast<unsigned>(bytes[3]),
+                                    other_hesai(bytes)));
       return {};
     }
     const HesaiTable& table = hesai_table(*model);

@@ -5,13 +5,15 @@
 #include <span>
 
 /// The differences between the Hesai models. Sources: the makers' user manuals of Pandar40P, Pandar64, PandarQT, QT128,
-/// PandarXT, XT32M2X and OT128. All models have the same idea of a data packet, little endian: a header (the Pandar40P
-/// has none), blocks of one azimuth each with a unit a channel, and a tail. In dual-return mode two blocks in a row are
-/// the returns of the same firings; in triple-return mode three.
+/// PandarXT, XT32M2X, OT128 and Pandar128, and the tables of their program HesaiLidar_SDK_2.0. All models have the same
+/// idea of a data packet, little endian: a header (the Pandar40P has none), blocks of one azimuth each with a unit a
+/// channel, and a tail. In dual-return mode two blocks in a row are the returns of the same firings; in triple-return
+/// mode three.
 ///
 ///   header of 12 bytes (Pandar64: of 8)
 ///        0     2  0xEE 0xFF
 ///        2     2  version of the protocol (Pandar64: absent)
+///        4     1  version of the status: a Pandar128 has less than 128, an OT128 to 136, a JT128 from 137 on
 ///        6     1  number of channels (Pandar64: at 2)
 ///        7     1  number of blocks (Pandar64: at 3)
 ///        9     1  step of the distance, mm (Pandar64: at 5)
@@ -27,7 +29,7 @@
 namespace hueline::drivers {
 
 /// In the order of hesai_tables().
-enum class HesaiModel : std::uint8_t { Pandar40P, Pandar64, Qt64, Qt128, Xt16, Xt32, Xt32m2, Ot128 };
+enum class HesaiModel : std::uint8_t { Pandar40P, Pandar64, Qt64, Qt128, Xt16, Xt32, Xt32m2, Ot128, Pandar128 };
 
 /// The direction of one beam.
 struct HesaiBeam {
@@ -56,9 +58,14 @@ struct HesaiTable {
   std::size_t flag;  ///< bytes of a block before its azimuth
   int blocks;
   std::size_t unit;  ///< bytes
+  /// Of the header's version of the status, where it tells models with the same packets apart.
+  std::uint8_t least_status = 0, most_status = 255;
   HesaiTail tail;
   bool has_short_year = false;  ///< the year counts from 2000, otherwise from 1900
   std::int32_t block_period;    ///< ns
+  /// The same in high resolution: each channel fires in every second block of it, at its time less this period if it
+  /// is later. 0: the model does not have it.
+  std::int32_t fine_period = 0;
   /// Time of the packet's last block, ns after the packet's time; or that of its first block, if the maker counts from
   /// there. The other is 0.
   std::int32_t last_block = 0, first_block = 0;

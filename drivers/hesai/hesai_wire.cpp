@@ -8,6 +8,7 @@ namespace hueline::drivers {
 namespace {
 
 constexpr std::size_t kFixAt = 506, kLockAt = 507;
+constexpr std::size_t kOperationAt = 11;  ///< in the tail of models with high resolution: 0 if it is on
 /// The fastest models turn 1200 times a minute.
 constexpr unsigned kMostTurnsPerMin = 3000;
 
@@ -82,6 +83,7 @@ std::optional<HesaiModel> hesai_model(std::span<const std::byte> datagram) {
     if (table.head == 12 && u8(datagram, 2) == 4) continue;
     if (has_hesai_header(datagram) && u8(datagram, counts_at) == static_cast<unsigned>(table.channels()) &&
         u8(datagram, counts_at + 1) == static_cast<unsigned>(table.blocks) &&
+        (table.head != 12 || (u8(datagram, 4) >= table.least_status && u8(datagram, 4) <= table.most_status)) &&
         datagram.size() < table.least_bytes() + 64)
       return table.model;
   }
@@ -112,6 +114,7 @@ Result<HesaiPacket> decode_hesai(std::span<const std::byte> datagram, const Hesa
   packet.time = second_of(tail.subspan(table.tail.date, 6), table.has_short_year);
   if (packet.time) *packet.time += std::chrono::microseconds(us);
   if (tail.size() >= table.tail.sequence + 4) packet.sequence = u32(tail, table.tail.sequence);
+  packet.is_fine = table.fine_period != 0 && u8(tail, kOperationAt) == 0;
   packet.is_second = !table.times_of_second.empty() && (u8(tail, 5) & 1U) == 0;
   return packet;
 }

@@ -30,6 +30,7 @@ struct HesaiPacket {
   double turns_per_min = 0;      ///< of the motor
   std::optional<UnixTime> time;  ///< nothing: the scanner has no date
   std::optional<std::uint32_t> sequence;
+  bool is_fine = false;    ///< of models with high resolution: it is on
   bool is_second = false;  ///< of a QT128 in dual-return mode: the times are those of its second loop
 };
 

@@ -25,7 +25,7 @@ test::DecodeWork made(HesaiModel model, unsigned mode, unsigned returns) {
   unsigned azimuth = 0;
   for (unsigned number = 0; number < 600; ++number) {
     test::ByteWriter out(false);
-    out.u8(0xEE).u8(0xFF).u8(6).u8(1).zeros(2);
+    out.u8(0xEE).u8(0xFF).u8(6).u8(1).u8(table.least_status).u8(0);
     out.u8(static_cast<unsigned>(table.channels())).u8(static_cast<unsigned>(table.blocks)).u8(0).u8(4).zeros(2);
     for (unsigned block = 0; block < static_cast<unsigned>(table.blocks); ++block) {
       if (block % returns == 0) azimuth = (azimuth + 18) % 36000;

@@ -33,6 +33,7 @@ void run(const HesaiTable& table, std::span<const std::byte> input) {
   if (table.head > 0) {
     packet[0] = std::byte{0xEE};
     packet[1] = std::byte{0xFF};
+    if (table.head == 12) packet[4] = static_cast<std::byte>(table.least_status);
     const std::size_t at = table.head == 8 ? 2 : 6;
     packet[at] = static_cast<std::byte>(table.channels());
     packet[at + 1] = static_cast<std::byte>(table.blocks);

@@ -32,9 +32,10 @@ std::vector<LaserReturn> plain(const test::Bytes& bytes, const HesaiPacket& data
     for (int i = 0; i < data.returns; ++i)
       is_good &= u16(block(i) + table.flag) == azimuth && (table.flag == 0 || u16(block(i)) == 0xEEFF);
     if (!is_good) continue;
+    const std::int32_t period = data.is_fine ? table.fine_period : table.block_period;
     const std::int32_t block_ns = table.first_block != 0
-                                      ? table.first_block + table.block_period * (b / data.returns)
-                                      : table.last_block - table.block_period * ((table.blocks - b - 1) / data.returns);
+                                      ? table.first_block + period * (b / data.returns)
+                                      : table.last_block - period * ((table.blocks - b - 1) / data.returns);
     const bool is_second = !table.times_of_second.empty() && (data.returns == 1 ? b % 2 != 0 : data.is_second);
     for (std::size_t c = 0; c < table.beams.size(); ++c) {
       struct Echo {
@@ -58,7 +59,8 @@ std::vector<LaserReturn> plain(const test::Bytes& bytes, const HesaiPacket& data
         if (metres < config.min_range_m - 1e-9 || metres > config.max_range_m.value_or(1e9) + 1e-9) continue;
         LaserReturn& made = out.emplace_back();
         made.range_m = static_cast<float>(echoes[k].distance) * static_cast<float>(data.range_step_m);
-        const std::int32_t own_ns = (is_second ? table.times_of_second : table.times)[c];
+        std::int32_t own_ns = (is_second ? table.times_of_second : table.times)[c];
+        if (data.is_fine && own_ns >= table.fine_period) own_ns -= table.fine_period;
         const float turn =
             static_cast<float>(own_ns) * static_cast<float>(data.turns_per_min * (2 * std::numbers::pi / 60e9));
         const float sin_turn = turn * (1.0f - turn * turn * (1.0f / 6)), cos_turn = 1.0f - turn * turn * 0.5f;
@@ -120,6 +122,7 @@ TEST(HesaiKernel, MakesTheReturnsOfAPlainComputationToTheLastBit) {
           data.range_step_m = (1 + random.below(20)) * 1e-3;
           data.turns_per_min = random.below(3001);
           data.is_second = random.one_in(2);
+          data.is_fine = table.fine_period != 0 && random.one_in(2);
           const test::Bytes bytes = random_packet(random, table, data.returns);
           std::vector<LaserReturn> returns;
           const HesaiBlocks blocks = kernel.decode(bytes, data, returns);

@@ -222,6 +222,64 @@ TEST(Hesai, AnAt128IsNoQt128) {
       << listener->unknown_models();
 }
 
+/// A packet of 128 channels in two blocks with protocol 1.4; `status` is the version that tells the models apart. All
+/// returns are at 10 m.
+test::Bytes with_128_channels(unsigned status, unsigned operation, std::size_t behind = 4) {
+  test::ByteWriter out(false);
+  out.u8(0xEE).u8(0xFF).u8(1).u8(4).u8(status).u8(0).u8(128).u8(2).u8(1).u8(4).u8(1).u8(5);
+  for (unsigned block = 0; block < 2; ++block) {
+    out.u16(9000 + 20 * block);
+    for (unsigned c = 0; c < 128; ++c) out.u16(2500).u8(10);
+  }
+  out.zeros(21).zeros(11).u8(operation).u8(0x37).u16(600);
+  for (const unsigned part : {123u, 1u, 11u, 1u, 2u, 3u}) out.u8(part);
+  return out.u32(500'000).u8(0x42).u32(1).zeros(behind).bytes();
+}
+
+/// Their packets differ in one byte, their beams by up to 12 degrees.
+TEST(Hesai, APandar128IsNoOt128AndAJt128IsNeither) {
+  EXPECT_EQ(hesai_model(with_128_channels(0, 2)), HesaiModel::Pandar128);
+  EXPECT_EQ(hesai_model(with_128_channels(127, 2)), HesaiModel::Pandar128);
+  EXPECT_EQ(hesai_model(with_128_channels(128, 2)), HesaiModel::Ot128);
+  EXPECT_EQ(hesai_model(with_128_channels(136, 2)), HesaiModel::Ot128);
+  const test::Bytes other = with_128_channels(137, 0);
+  EXPECT_FALSE(hesai_model(other));
+  const auto listener = listen_for_hesai("none.pcap");
+  EXPECT_FALSE(listener->listen(test::packet_of(other), "192.168.1.201"));
+  EXPECT_NE(listener->unknown_models().find("protocol 1.4 (JT128)"), std::string::npos) << listener->unknown_models();
+  const auto heard = listener->listen(test::packet_of(with_128_channels(20, 2)), "192.168.1.201");
+  ASSERT_TRUE(heard);
+  EXPECT_EQ(heard->name, "hesai Pandar128");
+}
+
+TEST(Hesai, APandar128FiresByItsOwnTable) {
+  HesaiDecoder::Config config;
+  config.model = HesaiModel::Pandar128;
+  HesaiDecoder decoder(config);
+  const auto second = *from_utc({.year = 2023, .month = 1, .day = 11, .hour = 1, .minute = 2, .second = 3});
+  const auto start = to_unix(second) + std::chrono::microseconds(500'000) + nanoseconds(3148);
+  // Channel 27 looks to elevation 1.885, azimuth 7.72 degrees.
+  constexpr std::size_t kChannel = 26;
+  const auto expect_at = [&](const LaserBatch& batch, std::size_t block, nanoseconds time, double turn_deg) {
+    ASSERT_EQ(batch.returns.size(), 256u);
+    const LaserReturn& r = batch.returns[128 * block + kChannel];
+    EXPECT_EQ(std::get<UnixTime>(batch.time) + nanoseconds(r.time_offset_ns), start + time);
+    const double azimuth = (90 + 0.2 * static_cast<double>(block) + 7.72 + turn_deg) * kRadPerDeg;
+    EXPECT_NEAR(r.x, 10 * std::cos(1.885 * kRadPerDeg) * std::sin(azimuth), 1e-5);
+    EXPECT_NEAR(r.y, 10 * std::cos(1.885 * kRadPerDeg) * std::cos(azimuth), 1e-5);
+    EXPECT_NEAR(r.z, 10 * std::sin(1.885 * kRadPerDeg), 1e-5);
+  };
+  // It fires 43.079 us after its block's time; the blocks are 55.556 us apart.
+  auto batch = only<LaserBatch>(decode(decoder, with_128_channels(0, 2))).at(0);
+  expect_at(batch, 0, nanoseconds(43'079 - 55'556), 0.155084);
+  expect_at(batch, 1, nanoseconds(43'079), 0.155084);
+  // In high resolution it fires within half of that.
+  decoder.reset();
+  batch = only<LaserBatch>(decode(decoder, with_128_channels(0, 0))).at(0);
+  expect_at(batch, 0, nanoseconds(15'301 - 27'778), 0.055084);
+  expect_at(batch, 1, nanoseconds(15'301), 0.055084);
+}
+
 TEST(Hesai, AnglesOfAnotherModelAreRefused) {
   HesaiDecoder::Config config = of_xt32();
   for (int i = 0; i < 32; ++i) {
