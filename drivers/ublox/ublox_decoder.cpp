@@ -15,6 +15,7 @@
 #include "core/calendar.hpp"
 #include "drivers/stream/line_form.hpp"
 #include "drivers/stream/rtcm_form.hpp"
+#include "drivers/ublox/ubx_fields.hpp"
 #include "drivers/ublox/ubx_form.hpp"
 #include "drivers/ublox/ubx_names.hpp"
 
@@ -23,6 +24,11 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using ubx::accuracy;
+using ubx::angle;
+using ubx::axes;
+using ubx::millis;
+using ubx::place;
 
 /// The forms of the stream, in the order in which they are asked.
 enum Form : std::size_t { kUbx, kNmea, kRtcm, kLine };
@@ -36,7 +42,7 @@ std::vector<std::unique_ptr<MessageForm>> ublox_forms() {
   return out;
 }
 
-constexpr std::uint8_t kNav = 0x01, kAck = 0x05, kTim = 0x0D, kEsf = 0x10;
+constexpr std::uint8_t kNav = 0x01, kAck = 0x05, kTim = 0x0D, kEsf = 0x10, kHnr = 0x28;
 /// The ids of the messages that are read.
 enum NavId : std::uint8_t {
   kPosllh = 0x02,
@@ -93,23 +99,6 @@ FixType fix_type(std::uint8_t fix, bool is_differential, int carrier) {
   return is_differential ? FixType::Dgnss : FixType::Single;
 }
 
-double angle(std::span<const std::byte> payload, std::size_t at) {
-  return static_cast<double>(stream_field<std::int32_t>(payload, at)) * 1e-5 * kRadPerDeg;
-}
-double millis(std::span<const std::byte> payload, std::size_t at) {
-  return static_cast<double>(stream_field<std::int32_t>(payload, at)) * 1e-3;
-}
-double accuracy(std::span<const std::byte> payload, std::size_t at, double unit) {
-  return static_cast<double>(stream_field<std::uint32_t>(payload, at)) * unit;
-}
-Geodetic place(std::span<const std::byte> payload, std::size_t at) {
-  return {static_cast<double>(stream_field<std::int32_t>(payload, at + 4)) * 1e-7 * kRadPerDeg,
-          static_cast<double>(stream_field<std::int32_t>(payload, at)) * 1e-7 * kRadPerDeg, millis(payload, at + 8)};
-}
-/// Returns the sigmas of each axis for u-blox's accuracy of a position in the plane and upwards.
-std::array<double, 3> axes(double horizontal, double vertical) {
-  return {{horizontal / std::numbers::sqrt2, horizontal / std::numbers::sqrt2, vertical}};
-}
 /// Returns the roots of the diagonal of a covariance of north, east, down at `at`, in the order east, north, up.
 std::optional<std::array<double, 3>> root_of_diagonal(std::span<const std::byte> payload, std::size_t at) {
   std::array<double, 3> out{};
@@ -134,6 +123,8 @@ UbloxDecoder::UbloxDecoder(const Config& config) : StreamDecoder(ublox_forms()),
 void UbloxDecoder::forget() {
   epoch_.reset();
   nmea_.forget();
+  high_rate_.forget();
+  has_high_rate_ = false;
   usual_ = 0;
   latest_.reset();
   labelled_.reset();
@@ -175,6 +166,7 @@ bool UbloxDecoder::take_ubx(const Message& message) {
   name(ubx_name(kind, id));
   if (kind == kNav) return take_navigation(id, payload, message);
   if (kind == kTim && id == 0x03 && payload.size() >= 28) return take_mark(payload, message.received);
+  if (kind == kHnr) return take_high_rate(id, payload, message);
   if (kind == kEsf && id == 0x10 && payload.size() >= 16) {
     fusion_mode_ = stream_field<std::uint8_t>(payload, 12);
     return true;
@@ -184,6 +176,17 @@ bool UbloxDecoder::take_ubx(const Message& message) {
           fmt::format("the receiver refused {}",
                       ubx_name(static_cast<std::uint8_t>(payload[0]), static_cast<std::uint8_t>(payload[1]))));
   return false;
+}
+
+bool UbloxDecoder::take_high_rate(std::uint8_t id, Payload payload, const Message& message) {
+  UbloxHighRate::Taken taken = high_rate_.take(id, payload, message.received, {utc_offset_, fusion_mode_});
+  if (taken.time) watch("HNR-PVT", milliseconds_of(*taken.time), message);
+  if (taken.solution) {
+    has_high_rate_ = true;
+    const HostTime received = taken.solution->received;
+    emit(std::move(*taken.solution), received);
+  }
+  return taken.is_used;
 }
 
 bool UbloxDecoder::take_navigation(std::uint8_t id, Payload payload, const Message& message) {
@@ -398,7 +401,8 @@ void UbloxDecoder::close_epoch() {
     fix.position = *epoch.precise;
     fix.sigma_enu = *epoch.precise_sigma;
   }
-  if (epoch.attitude && epoch.has_velocity) {
+  // Where high-rate solutions come, the epochs are slower and later.
+  if (epoch.attitude && epoch.has_velocity && !has_high_rate_) {
     InsSolution solution;
     solution.time = *time;
     solution.position = fix.position;

@@ -7,6 +7,7 @@
 #include "core/keys.hpp"
 #include "drivers/nmea/nmea_epoch.hpp"
 #include "drivers/stream/stream_decoder.hpp"
+#include "drivers/ublox/ublox_high_rate.hpp"
 
 namespace hueline::drivers {
 
@@ -15,7 +16,8 @@ namespace hueline::drivers {
 ///   what comes                                       measurement
 ///   NAV-PVT, NAV-PVAT, NAV-SOL, NAV-POSLLH with      GnssFix, one for each epoch, from the best of them;
 ///     NAV-STATUS; NAV-HPPOSLLH, NAV-COV              its position in full and its sigmas
-///   NAV-PVAT, or NAV-PVT and NAV-ATT                 InsSolution, while the receiver fuses its inertial sensors
+///   HNR-PVT and HNR-ATT, else NAV-PVAT, or           InsSolution; good while the receiver fuses its inertial sensors
+///     NAV-PVT and NAV-ATT
 ///   the first epoch of a second                      TimeLabel
 ///   TIM-TM2                                          EventMark
 ///   ACK-NAK                                          Fault Refused
@@ -73,6 +75,7 @@ class UbloxDecoder final : public StreamDecoder {
 
   bool take_ubx(const Message& message);
   bool take_navigation(std::uint8_t id, Payload payload, const Message& message);
+  bool take_high_rate(std::uint8_t id, Payload payload, const Message& message);
   bool take_mark(Payload payload, HostTime received);
   void open_epoch(std::uint32_t itow_ms, unsigned part);
   void close_epoch();
@@ -87,6 +90,8 @@ class UbloxDecoder final : public StreamDecoder {
 
   const Config config_;
   NmeaEpoch nmea_;
+  UbloxHighRate high_rate_;
+  bool has_high_rate_ = false;
   std::optional<Epoch> epoch_;
   unsigned usual_ = 0;                        // the messages of the epoch before
   unsigned late_ = 0;                         // messages of this epoch that came before it was taken for complete

@@ -27,6 +27,7 @@ constinit const DeviceType kUblox{
     .is_sheddable = false,
     .make = make_device<StreamDevice<UbloxDecoder, UbloxTraits>>,
     .files = {.log = {.format = "u-blox UBX", .ending = ".ubx", .is_beginning = is_ubx_log}},
-    .solutions = "NAV-PVAT, or NAV-PVT with NAV-ATT, while the receiver fuses its inertial sensors"};
+    .solutions =
+        "NAV-PVAT, or NAV-PVT with NAV-ATT, or HNR-PVT with HNR-ATT, while the receiver fuses its inertial sensors"};
 
 }  // namespace hueline::drivers

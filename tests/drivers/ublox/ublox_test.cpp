@@ -138,6 +138,100 @@ TEST(Ublox, AttitudeOfTheSameEpochMakesASolution) {
   EXPECT_EQ(heard.all<GnssFix>().size(), 3u);
 }
 
+/// HNR-PVT: a heading to the north-east, 5 m/s over ground, and up or down. `steps` tenths of a second have gone by at
+/// this speed from the first place to the north-east (below 0: backwards).
+struct HighRate {
+  std::uint32_t itow_ms = 18'100;
+  int steps = 0;
+  std::int32_t height = 450'000;
+  std::uint8_t fix = 4, valid = 7, flags = 0x1D;
+};
+Bytes high_rate(const HighRate& h) {
+  Fields f;
+  f.put(h.itow_ms).put(std::uint16_t{2026}).put(std::uint8_t{3}).put(std::uint8_t{1});
+  f.put(std::uint8_t{0}).put(std::uint8_t{0}).put(static_cast<std::uint8_t>((h.itow_ms - 18'000) / 1000)).put(h.valid);
+  f.put(static_cast<std::int32_t>((h.itow_ms % 1000) * 1'000'000 + 7));
+  f.put(h.fix).put(h.flags).zeros(2);
+  f.put(std::int32_t{85'000'000 + 468 * h.steps / 10}).put(std::int32_t{473'000'000 + 318 * h.steps / 10});
+  f.put(h.height).put(std::int32_t{400'000});
+  f.put(std::int32_t{5000}).put(std::int32_t{5025}).put(std::int32_t{4'500'000}).put(std::int32_t{4'500'000});
+  f.put(std::uint32_t{1414}).put(std::uint32_t{2000}).put(std::uint32_t{173}).put(std::uint32_t{100'000});
+  return ubx(0x28, 0, f.zeros(4).bytes);
+}
+Bytes high_rate_attitude(std::uint32_t itow_ms) {
+  Fields f;
+  f.put(itow_ms).put(std::uint8_t{1}).zeros(3);
+  f.put(std::int32_t{100'000}).put(std::int32_t{-200'000}).put(std::int32_t{4'400'000});
+  f.put(std::uint32_t{10'000}).put(std::uint32_t{20'000}).put(std::uint32_t{30'000});
+  return ubx(0x28, 1, f.bytes);
+}
+
+TEST(Ublox, HighRateMessagesOfTheSameTimeMakeASolution) {
+  const Heard heard =
+      decode(high_rate({}) + high_rate_attitude(18'100) +
+             high_rate({.itow_ms = 18'200, .steps = 1, .height = 450'050}) + high_rate_attitude(18'200) +
+             high_rate_attitude(18'300) + high_rate({.itow_ms = 18'300, .steps = 2, .height = 450'000}) +
+             high_rate({.itow_ms = 18'400}) + high_rate_attitude(18'500));
+  const auto solutions = heard.all<InsSolution>();
+  ASSERT_EQ(solutions.size(), 3u) << "an epoch that only one of the two names has none";
+  EXPECT_EQ(solutions[1].time, at(18'200) + nanoseconds(7));
+  EXPECT_TRUE(solutions[1].is_good);
+  EXPECT_NEAR(solutions[1].position.latitude, 47.3000031 * kRadPerDeg, 1e-12);
+  EXPECT_DOUBLE_EQ(solutions[1].position.ellipsoidal_height, 450.05);
+  EXPECT_NEAR(solutions[1].attitude.roll, 1 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(solutions[1].attitude.pitch, -2 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(solutions[1].attitude.heading, 44 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR((*solutions[1].sigma)[0], 1, 1e-3);
+  EXPECT_NEAR((*solutions[1].sigma)[8], 0.3 * kRadPerDeg, 1e-12);
+}
+
+/// The message has the speeds and the heading, but not whether the vehicle goes ahead and climbs: its steps tell.
+TEST(Ublox, AHighRateVelocityFollowsTheStepsOfThePlaces) {
+  std::vector<HighRate> drive{{},
+                              {.itow_ms = 18'200, .steps = 1, .height = 450'050},   // up
+                              {.itow_ms = 18'300, .steps = 2, .height = 450'000},   // down
+                              {.itow_ms = 18'400, .steps = 1, .height = 449'950},   // down and back
+                              {.itow_ms = 18'500, .steps = 9, .height = 455'000}};  // corrected by metres
+  Bytes bytes;
+  for (const HighRate& h : drive) bytes = bytes + high_rate(h) + high_rate_attitude(h.itow_ms);
+  const auto solutions = decode(bytes).all<InsSolution>();
+  ASSERT_EQ(solutions.size(), 5u);
+  const auto expect = [&](std::size_t i, double level, double up) {
+    EXPECT_NEAR(solutions[i].velocity_enu.x(), level, 0.1) << i;
+    EXPECT_NEAR(solutions[i].velocity_enu.y(), level, 0.1) << i;
+    EXPECT_NEAR(solutions[i].velocity_enu.z(), up, 1e-6) << i;
+  };
+  expect(0, 3.536, 0);
+  expect(1, 3.536, 0.500625);
+  expect(2, 3.536, -0.500625);
+  expect(3, -3.536, -0.500625);
+  expect(4, -3.536, -0.500625);
+  EXPECT_NEAR((*solutions[0].sigma)[3], 5, 1e-6) << "whether it goes ahead is not known yet";
+  EXPECT_NEAR((*solutions[0].sigma)[5], 0.500625, 1e-6);
+  EXPECT_NEAR((*solutions[1].sigma)[3], 0.1, 1e-3);
+  EXPECT_NEAR((*solutions[4].sigma)[5], 0.1, 1e-3);
+}
+
+TEST(Ublox, AHighRateSolutionIsGoodWhileInertialSensorsAreFused) {
+  const auto is_good = [](const HighRate& h) {
+    return decode(high_rate(h) + high_rate_attitude(h.itow_ms)).all<InsSolution>().at(0).is_good;
+  };
+  EXPECT_TRUE(is_good({}));
+  EXPECT_TRUE(is_good({.fix = 1}));
+  EXPECT_FALSE(is_good({.fix = 3}));
+  EXPECT_FALSE(is_good({.flags = 0x1C})) << "beyond the receiver's limits";
+  EXPECT_FALSE(is_good({.flags = 0x0D})) << "the heading of the vehicle is not known";
+  EXPECT_TRUE(decode(high_rate({.valid = 4}) + high_rate_attitude(18'100)).all<InsSolution>().empty()) << "no date";
+}
+
+TEST(Ublox, TheEpochsMakeNoSolutionsBesideThoseOfHighRate) {
+  const Heard heard =
+      decode(high_rate({}) + high_rate_attitude(18'100) + pvt({.fix = 4}) + attitude(18'000) +
+             high_rate({.itow_ms = 18'200}) + high_rate_attitude(18'200) + pvt({.itow_ms = 19'000, .second = 1}));
+  EXPECT_EQ(heard.all<InsSolution>().size(), 2u);
+  EXPECT_EQ(heard.all<GnssFix>().size(), 2u);
+}
+
 TEST(Ublox, ASolutionWithoutInertialSensorsIsNotGood) {
   const auto solutions = decode(pvt({.fix = 3}) + attitude(18'000)).all<InsSolution>();
   ASSERT_EQ(solutions.size(), 1u);
