@@ -18,7 +18,6 @@ constexpr std::size_t kBlockBytes = 100;
 /// a factory byte that agrees with the rig.
 constexpr int kPairsFor = 3, kPairsAgainst = 20;
 constexpr std::size_t kMostHeld = 16;
-constexpr unsigned kStrongest = 0x37, kLast = 0x38;
 constexpr nanoseconds kHour = std::chrono::hours(1);
 
 /// A copy of a packet made by the network comes at once. (An hour later the counter has the same value again.)
@@ -167,10 +166,13 @@ void VelodyneDecoder::malformed(const Packet& packet, std::size_t bytes, const s
 void VelodyneDecoder::decode_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
   if (is_hdl64e(bytes)) return wrong_device(packet, out);
-  const auto mode = static_cast<unsigned>(bytes[kVelodyneModeAt]);
-  if (mode != kStrongest && mode != kLast && mode != kVelodyneDual)
-    return malformed(packet, bytes.size(), fmt::format("{}: return mode 0x{:02X} is not known", table_.name, mode),
-                     out);
+  const auto mode = static_cast<std::uint8_t>(bytes[kVelodyneModeAt]);
+  if (!is_velodyne_mode(mode))
+    return malformed(
+        packet, bytes.size(),
+        fmt::format("{}: return mode 0x{:02X} is not supported: set the scanner to strongest, last or dual",
+                    table_.name, mode),
+        out);
   timings_[velodyne_product(bytes)].add(bytes);
   if (is_ours(packet, out)) use_data(packet, out);
 }
@@ -225,7 +227,7 @@ void VelodyneDecoder::wrong_device(const Packet& packet, std::vector<Measurement
 
 void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& out) {
   const std::span<const std::byte> bytes = packet.bytes.bytes();
-  const auto mode = static_cast<unsigned>(bytes[kVelodyneModeAt]);
+  const auto mode = static_cast<std::uint8_t>(bytes[kVelodyneModeAt]);
   std::uint32_t stamp_us = 0;
   for (std::size_t i = 0; i < 4; ++i) stamp_us |= static_cast<std::uint32_t>(bytes[kVelodyneStampAt + i]) << (8 * i);
   // A scanner that learns of the new hour late, or never, counts on beyond its end.
@@ -274,7 +276,7 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
         fmt::format("{}: the azimuth jumps twice inside a packet; the blocks behind have no known time", table_.name)});
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes - kBlockBytes * static_cast<std::size_t>(blocks.behind);
-  ++counts_.messages[is_dual ? "data dual" : mode == kLast ? "data last" : "data strongest"];
+  ++counts_.messages[is_dual ? "data dual" : mode == kVelodyneLast ? "data last" : "data strongest"];
   out.push_back(std::move(batch));
 }
 

@@ -70,6 +70,11 @@ class VelodyneListener final : public CaptureListener {
     }
     const std::uint8_t product = velodyne_product(datagram.bytes.bytes());
     if (unknown_.contains({sender, product})) return {};
+    const auto mode = static_cast<std::uint8_t>(datagram.bytes.bytes()[kVelodyneModeAt]);
+    if (!is_velodyne_mode(mode) && is_known(product)) {
+      modes_.emplace(std::pair(sender, product), mode);
+      return {};
+    }
     const auto timed = timed_model(path_, sender, datagram);
     for (const VelodyneModel model : kVelodyneModels) {
       const VelodyneTable& table = velodyne_table(model);
@@ -79,6 +84,7 @@ class VelodyneListener final : public CaptureListener {
       if (!has_its_byte) name += ", by its timing (factory byte of " + velodyne_product_name(product) + ")";
       VelodyneDecoder::Config config;
       config.model = model;
+      modes_.erase({sender, product});  // a packet or two were damaged
       const std::string description = describe(table, config);
       return HeardDevice{std::move(name), std::make_unique<VelodyneDecoder>(config),
                          description.empty() ? std::string() : "directions of the beams: " + description, description};
@@ -105,7 +111,12 @@ class VelodyneListener final : public CaptureListener {
   }
 
   std::string unknown_models() const override {
-    if (unknown_.empty() && !has_hdl64e_) return {};
+    std::string odd;
+    for (const auto& [from, mode] : modes_)
+      odd += fmt::format("{}a Velodyne {} in return mode 0x{:02X}{}; known: strongest (0x37), last (0x38), dual (0x39)",
+                         odd.empty() ? "" : "; ", velodyne_product_name(from.second), mode,
+                         mode == 0x3B ? " (dual with confidence)" : "");
+    if (unknown_.empty() && !has_hdl64e_) return odd;
     std::set<std::uint8_t> products;
     for (const auto& [sender, product] : unknown_) products.insert(product);
     std::string named = has_hdl64e_ ? "HDL-64E" : "", known;
@@ -114,10 +125,14 @@ class VelodyneListener final : public CaptureListener {
     for (const VelodyneModel model : kVelodyneModels)
       known += fmt::format("{}0x{:02X} ({})", known.empty() ? "" : ", ", velodyne_table(model).product_id,
                            velodyne_table(model).name);
-    return fmt::format("a Velodyne of product {}; known: {}", named, known);
+    return fmt::format("{}{}a Velodyne of product {}; known: {}", odd, odd.empty() ? "" : "; ", named, known);
   }
 
  private:
+  static bool is_known(std::uint8_t product) {
+    return std::ranges::any_of(kVelodyneModels,
+                               [&](VelodyneModel model) { return velodyne_table(model).product_id == product; });
+  }
   /// Sets the directions of the given file that fits the model, and returns its name. Nothing: none fits.
   std::string describe(const VelodyneTable& table, VelodyneDecoder::Config& config) {
     std::string used;
@@ -142,6 +157,8 @@ class VelodyneListener final : public CaptureListener {
   std::vector<VelodyneCalibration> given_;
   std::map<std::string, std::string> not_used_;             // by file: why
   std::set<std::pair<std::string, std::uint8_t>> unknown_;  // sender, factory byte
+  /// By sender and factory byte of which no other packets came: the return mode of the first.
+  std::map<std::pair<std::string, std::uint8_t>, std::uint8_t> modes_;
 };
 
 }  // namespace

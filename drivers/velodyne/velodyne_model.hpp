@@ -13,7 +13,8 @@
 ///   offset  size  field
 ///        0  1200  12 blocks of 100 bytes
 ///     1200     4  time stamp, microseconds past the UTC hour
-///     1204     1  return mode: 0x37 strongest, 0x38 last, 0x39 dual
+///     1204     1  return mode: 0x37 strongest, 0x38 last, 0x39 dual. Others (0x3A, 0x3B: dual with confidence) arrange
+///                 the blocks in ways that the manuals do not describe, and are not read
 ///     1205     1  factory byte, the product
 ///
 ///   block
@@ -35,7 +36,8 @@ inline constexpr std::array kVelodyneModels{VelodyneModel::Vlp16, VelodyneModel:
 
 /// Where the fields of a data packet are, and the return mode in which each block comes twice.
 constexpr std::size_t kVelodyneStampAt = 1200, kVelodyneModeAt = 1204, kVelodyneProductAt = 1205;
-constexpr std::uint8_t kVelodyneDual = 0x39;
+constexpr std::uint8_t kVelodyneStrongest = 0x37, kVelodyneLast = 0x38, kVelodyneDual = 0x39;
+constexpr bool is_velodyne_mode(std::uint8_t mode) { return mode >= kVelodyneStrongest && mode <= kVelodyneDual; }
 constexpr int kVelodyneBlocks = 12;           ///< blocks in a data packet
 constexpr int kVelodyneFiringsPerBlock = 32;  ///< firings in a block
 constexpr std::size_t kVelodyneDataBytes = 1206;

@@ -268,7 +268,7 @@ struct Sent {
   unsigned port, product;
   std::uint32_t period_us;
   std::byte card;
-  unsigned mode = 0x37, second_flag = 0xEEFF;
+  unsigned mode = 0x37, second_flag = 0xEEFF, first_flag = 0xEEFF;
 };
 
 /// A capture of Velodynes at one address, 40 packets of each.
@@ -277,7 +277,7 @@ test::Bytes capture_of(const std::vector<Sent>& scanners) {
   for (const Sent& one : scanners)
     for (unsigned i = 0; i < 40; ++i) {
       auto blocks = test::turning(i * 480 % 36000, 40);
-      for (std::size_t b = 1; b < blocks.size(); b += 2) blocks[b].flag = one.second_flag;
+      for (std::size_t b = 0; b < blocks.size(); ++b) blocks[b].flag = b % 2 == 0 ? one.first_flag : one.second_flag;
       const auto data = test::velodyne_data(blocks, 1000 + i * one.period_us, one.mode, one.product);
       const std::string text(reinterpret_cast<const char*>(data.data()), data.size());
       auto frame = test::ethernet_frame(test::ipv4_packet(test::udp_segment(text, one.port)));
@@ -332,8 +332,21 @@ TEST(Decode, APacketOfAnotherVelodyneIsNotDecodedByItsTiming) {
 
 TEST(Decode, AScannerThatGivesNoPointIsToldBesideOneThatDoes) {
   constexpr std::byte kOne{1};
-  EXPECT_EQ(points_by_name(capture_of({{2368, 0x22, 1327, kOne}, {2370, 0x28, 664, kOne, 0x10}})),
+  EXPECT_EQ(points_by_name(capture_of({{2368, 0x22, 1327, kOne}, {2370, 0x28, 664, kOne, 0x37, 0x1234, 0x1234}})),
             (std::multimap<std::string, std::uint64_t>{{"velodyne VLP-16", 15360}, {"velodyne VLP-32C", 0}}));
+}
+
+TEST(Decode, AVelodyneInAnotherReturnModeIsToldBesideOneOfItsAddress) {
+  constexpr std::byte kOne{1};
+  const TemporaryFile file("decode_mode.pcap", capture_of({{2368, 0x22, 1327, kOne}, {2370, 0x28, 664, kOne, 0x3B}}));
+  const TemporaryFile out("decode_mode.las", {});
+  const auto decoded = decode_capture(decoding(file, out));
+  ASSERT_TRUE(decoded.ok()) << decoded.error().message;
+  ASSERT_EQ(decoded->scanners.size(), 1u);
+  EXPECT_EQ(decoded->scanners[0].points, 15360u);
+  ASSERT_EQ(decoded->not_supported.size(), 1u);
+  EXPECT_NE(decoded->not_supported[0].find("a Velodyne VLP-32C in return mode 0x3B"), std::string::npos)
+      << decoded->not_supported[0];
 }
 
 /// Where others have the factory byte, an HDL-64E has its status, which may be any model's byte.

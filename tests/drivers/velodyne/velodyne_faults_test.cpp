@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/angle.hpp"
+#include "drivers/velodyne/velodyne_listener.hpp"
 #include "tests/drivers/velodyne/velodyne_packets.hpp"
 
 namespace hueline::drivers {
@@ -40,6 +41,25 @@ TEST(VelodyneFaults, ALostPacketIsCountedAndLeavesItsNeighboursAlone) {
   ASSERT_EQ(found.batches.at(0).returns.size(), expected.batches.at(0).returns.size());
   for (std::size_t i = 0; i < 384; ++i)
     EXPECT_EQ(found.batches[0].returns[i].azimuth, expected.batches[0].returns[i].azimuth);
+}
+
+/// The blocks of such a mode are arranged in a way that no manual describes.
+TEST(VelodyneFaults, AReturnModeThatIsNotReadIsNamed) {
+  const auto odd = test::packet_of(velodyne_data(turning(0, 40), 1000, 0x3B, 0x22));
+  VelodyneDecoder decoder({});
+  const auto faults = decode(decoder, velodyne_data(turning(0, 40), 1000, 0x3B, 0x22)).faults;
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_NE(faults[0].detail.find("return mode 0x3B is not supported"), std::string::npos) << faults[0].detail;
+  const auto listener = listen_for_velodyne("none.pcap");
+  EXPECT_FALSE(listener->listen(odd, "192.168.1.201"));
+  EXPECT_NE(listener->unknown_models().find("a Velodyne VLP-16 in return mode 0x3B (dual with confidence)"),
+            std::string::npos)
+      << listener->unknown_models();
+  // Another scanner may have the address. A damaged packet before good ones of the same is none of it.
+  EXPECT_TRUE(listener->listen(test::packet_of(velodyne_data(turning(0, 40), 1000, 0x39, 0x24)), "192.168.1.201"));
+  EXPECT_NE(listener->unknown_models(), "");
+  EXPECT_TRUE(listener->listen(test::packet_of(velodyne_data(turning(0, 40), 1000, 0x39, 0x22)), "192.168.1.201"));
+  EXPECT_EQ(listener->unknown_models(), "");
 }
 
 TEST(VelodyneFaults, GapsAreSeenThroughTheHourAndAcrossLongOutages) {
