@@ -2,9 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdint>
+#include <span>
+#include <string_view>
 #include <utility>
+
+#include "core/packed_file.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -64,14 +70,16 @@ Status CanLogSource::open() {
   first_interface_.clear();
   are_several_told_ = false;
   last_ = {};
-  std::array<std::byte, 4> head{};
-  if (input->size() >= head.size()) {
-    if (Status read = input->read(0, head); !read.ok()) return read;
-    if (is_blf({reinterpret_cast<const char*>(head.data()), head.size()})) {
-      blf_.emplace(std::move(*input));
-      return {};
-    }
+  std::array<std::byte, 24> head{};
+  const auto length = static_cast<std::size_t>(std::min<std::uint64_t>(head.size(), input->size()));
+  if (Status read = input->read(0, std::span(head).first(length)); !read.ok()) return read;
+  const std::string_view first(reinterpret_cast<const char*>(head.data()), length);
+  if (is_blf(first)) {
+    blf_.emplace(std::move(*input));
+    return {};
   }
+  if (const std::string packed = how_to_unpack(first); !packed.empty())
+    return Error{ErrorCode::Unsupported, config_.path + " " + packed};
   if (Status here = input->check_on_this_computer(); !here.ok()) return here;
   input_ = std::move(*input);
   file_.emplace(config_.path, std::ios::binary);

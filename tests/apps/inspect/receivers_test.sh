@@ -63,6 +63,18 @@ says 'ask the receiver for GGA'
 cp lonely lonely.asc
 ends 0 "$hueline" inspect lonely.asc
 says 'NMEA 0183'
+# The first log of a receiver is longer than any line of a bus, or its head is missing.
+{ printf '#RANGEA,COM1,0,63.5,FINESTEERING,1429,226979.000,02000000,5103,2748;26'; printf ',6,0,23359924.081,0.078' | sed 's/.*/&&&&&&&&&&&&&&&&/;s/.*/&&&&&&&&&&&&&&&&/'; printf '*00000000\r\n'; } >range.asc
+if [ "$(wc -c <range.asc)" -lt 4200 ]; then fail "the line is short"; fi
+for log in range.asc tail.asc; do
+  if [ $log = tail.asc ]; then { printf '9,0.078*1234abcd\r\n'; cat range.asc; } >$log; fi
+  "$hueline" inspect $log >said.txt 2>&1 || true
+  if grep -q 'CAN' said.txt; then fail "$log is taken for a log of a bus: $(cat said.txt)"; fi
+  says 'NovAtel'
+done
+printf 'MDF     4.10    CANedge \0\0' >bus.mf4
+ends 3 "$hueline" inspect bus.mf4
+says 'bus.mf4 is a measurement file \(MDF, .mf4\), which is not read: make a CAN log of it'
 printf 'date Mon Mar 1 12:00:00 2026\nbase hex timestamps absolute\n 0.100 1 100 Rx d 2 00 01\n' >bus.asc
 ends 0 "$hueline" inspect bus.asc
 says 'id +00000100|id +100'
