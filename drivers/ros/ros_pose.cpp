@@ -198,8 +198,10 @@ bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime rec
   if (!origin_) return false;
   if (!settle(local.time, recorded, type)) return true;
   Dropped& dropped = dropped_[std::string(type)];
-  const Pose now{local.time, to_geodetic(ecef_from_enu(*origin_) * Point<Enu>{local.enu}), local.q_enu_flu,
-                 local.sigma_enu, local.sigma_flu};
+  const auto T_ecef_origin = ecef_from_enu(*origin_);
+  Pose now{local.time, to_geodetic(T_ecef_origin * Point<Enu>{local.enu}), {}, local.sigma_enu, local.sigma_flu};
+  // Level and north are those of the origin, and other ones where the vehicle is.
+  now.q_enu_flu = ecef_from_enu(now.place).rotation.conjugate() * T_ecef_origin.rotation * local.q_enu_flu;
   if (last_ && now.time <= last_->time) {
     ++dropped.late;
     return true;

@@ -142,6 +142,30 @@ test::RosWriter pose_message(std::int64_t ns, const std::array<double, 3>& place
   return out;
 }
 
+TEST(RosPose, TurnsOrientationsToTheLevelOfTheirPlace) {
+  const Geodetic origin{50 * kDegree, 10 * kDegree, 100};
+  const auto T_ecef_origin = ecef_from_enu(origin);
+  RosPose pose(RosPoseRank::Local, origin);
+  std::vector<RosPose::Logs> logs;
+  for (int i = 0; i < 2; ++i) {
+    // The vehicle stands level and looks to the east, as both are at its own place.
+    const Geodetic place{50 * kDegree, (10.1 + 1e-6 * i) * kDegree, 100};
+    const auto T_ecef_place = ecef_from_enu(place);
+    const Eigen::Vector3d enu = T_ecef_origin.rotation.conjugate() * (to_ecef(place).xyz - to_ecef(origin).xyz);
+    const Eigen::Quaterniond q = T_ecef_origin.rotation.conjugate() * T_ecef_place.rotation;
+    const auto message =
+        pose_message(kBegin_ns + i * 100'000'000, {enu.x(), enu.y(), enu.z()}, {q.x(), q.y(), q.z(), q.w()});
+    ASSERT_TRUE(pose.take("geometry_msgs/PoseStamped", reader(message), UnixTime{}, logs));
+  }
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 2u);
+  for (const InsSolution& one : solutions) {
+    EXPECT_NEAR(one.attitude.heading, 90 * kDegree, 1e-9) << "the meridians are 0.077 deg from parallel";
+    EXPECT_NEAR(one.attitude.roll, 0, 1e-9);
+    EXPECT_NEAR(one.attitude.pitch, 0, 1e-9);
+  }
+}
+
 TEST(RosPose, ReadsStampedPosesWithTheirCovariances) {
   const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
   const double c = std::cos(std::numbers::pi / 4);
@@ -205,7 +229,7 @@ TEST(RosPose, FollowsTheTransformsFromTheBodyToTheWorld) {
   EXPECT_EQ(solutions[1].time, from_unix(UnixTime(nanoseconds(kBegin_ns + 200'000'000))));
   EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 121, 1e-4);
   EXPECT_NEAR(solutions[1].velocity_enu.y(), 10, 1e-4) << "odom is turned to the left, so its x is north";
-  EXPECT_NEAR(std::remainder(solutions[1].attitude.heading, 2 * std::numbers::pi), 0, 1e-9);
+  EXPECT_NEAR(std::remainder(solutions[1].attitude.heading, 2 * std::numbers::pi), 0, 1e-6);
 }
 
 TEST(RosPose, ReadsPositionsOfGpsFix) {
