@@ -53,12 +53,20 @@ std::string read_configuration(const std::string& path) {
 Section Section::load_file(const std::string& path) { return load_text(read_configuration(path), path); }
 
 Section Section::load_text(const std::string& text, const std::string& name) {
-  YAML::Node root;
+  std::vector<YAML::Node> documents;
   try {
-    root = YAML::Load(text);
+    documents = YAML::LoadAll(text);
   } catch (const YAML::Exception& e) {
     throw ConfigError(fmt::format("{}:{}: not YAML: {}", name, e.mark.line + 1, e.msg));
   }
+  // A line --- or ... at an end begins nothing.
+  std::erase_if(documents, [](const YAML::Node& one) { return one.IsNull(); });
+  if (documents.size() > 1)
+    throw ConfigError(
+        fmt::format("{}:{}: a second document begins here, behind a line ---, and a file has one: remove that line, or "
+                    "give what follows it a file of its own",
+                    name, documents[1].Mark().line + 1));
+  const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
   return Section(root, std::make_shared<const std::string>(name), "");
 }
 

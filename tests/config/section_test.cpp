@@ -70,6 +70,13 @@ TEST(Section, TakesOneOfKeysThatExcludeEachOther) {
               HasSubstr("here are tcp and serial"));
 }
 
+TEST(Section, RefusesASecondDocument) {
+  EXPECT_THAT(message_of([] { Section::load_text("a: 1\n---\n# more\nb: 2\n", "r"); }),
+              HasSubstr("r:4: a second document begins here, behind a line ---"));
+  EXPECT_THAT(message_of([] { Section::load_text("a: 1\n---\nb: [2\n", "r"); }), HasSubstr("not YAML"));
+  EXPECT_EQ(Section::load_text("%YAML 1.2\n---\na: 1\n---\n# nothing\n...\n", "r").integer("a", {0, 9}), 1);
+}
+
 TEST(Section, RefusesUnknownMissingDoubleAndMistyped) {
   EXPECT_THAT(message_of([] {
                 Section s = Section::load_text("a: 1\nprot: 2\n", "r");
