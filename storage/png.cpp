@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/input_file.hpp"
@@ -41,10 +42,10 @@ Bytes without_colour_space(ByteView png) {
   return out;
 }
 
-unsigned used_bits(std::span<const std::uint16_t> values) {
-  unsigned all = 0;
-  for (const std::uint16_t value : values) all |= value;
-  return static_cast<unsigned>(std::bit_width(all));
+/// Returns whether a PNG says that its samples have 16 bits.
+bool is_wide_png(ByteView png) {
+  constexpr std::size_t kBits = 24;  // behind the signature and the frame, width and height of the first chunk
+  return png.size() > kBits && std::to_integer<int>(png[kBits]) == 16;
 }
 
 }  // namespace
@@ -114,31 +115,54 @@ Result<RgbImage> decode_png(ByteView png) {
   return picture;
 }
 
+Result<std::optional<WideImage>> decode_wide_png(ByteView png) {
+  png_image image = fresh_image();
+  const auto broken = [&] {
+    Error error{ErrorCode::Malformed, image.message};
+    png_image_free(&image);
+    return error;
+  };
+  const auto nothing = [&] {
+    png_image_free(&image);
+    return std::optional<WideImage>();
+  };
+  if (!is_wide_png(png)) return std::optional<WideImage>();
+  const Bytes plain = without_colour_space(png);
+  if (!png_image_begin_read_from_memory(&image, plain.data(), plain.size())) return broken();
+  if (std::uint64_t{image.width} * image.height > kMostPixels) {
+    png_image_free(&image);
+    return too_many_pixels(image.width, image.height);
+  }
+  // Values of 16 bits without a curve stay as they stand. Transparent pixels would be mixed with black.
+  if ((image.format & PNG_FORMAT_FLAG_LINEAR) == 0 || (image.format & PNG_FORMAT_FLAG_ALPHA) != 0) return nothing();
+  image.format |= PNG_FORMAT_FLAG_COLOR;
+  WideImage out{static_cast<int>(image.width), static_cast<int>(image.height), {}};
+  out.values.resize(std::size_t{image.width} * image.height * PNG_IMAGE_PIXEL_CHANNELS(image.format));
+  if (!png_image_finish_read(&image, nullptr, out.values.data(), 0, nullptr)) return broken();
+  return std::optional(std::move(out));
+}
+
+unsigned used_bits(const WideImage& image) {
+  unsigned all = 0;
+  for (const std::uint16_t value : image.values) all |= value;
+  return static_cast<unsigned>(std::bit_width(all));
+}
+
+RgbImage raised(const WideImage& image, unsigned bits) {
+  constexpr unsigned kMost = 0xFFFF;
+  RgbImage out(image.width, image.height, {});
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    out.pixels[i / 3][i % 3] = static_cast<std::uint8_t>(std::min(unsigned{image.values[i]} << bits, kMost) >> 8U);
+  return out;
+}
+
 Result<RgbImage> brightened_png(ByteView png, RgbImage decoded) {
   constexpr std::uint8_t kLeastOf14Bits = 64;
   for (const Rgb& pixel : decoded.pixels)
     if (std::ranges::max(pixel) >= kLeastOf14Bits) return decoded;
-  png_image image = fresh_image();
-  const Bytes plain = without_colour_space(png);
-  if (!png_image_begin_read_from_memory(&image, plain.data(), plain.size()))
-    return Error{ErrorCode::Malformed, image.message};
-  if ((image.format & PNG_FORMAT_FLAG_LINEAR) == 0) {
-    png_image_free(&image);
-    return decoded;
-  }
-  // Values of 16 bits without a curve stay as they stand. Transparent pixels would be mixed with black.
-  image.format |= PNG_FORMAT_FLAG_COLOR;
-  const std::size_t channels = PNG_IMAGE_PIXEL_CHANNELS(image.format);
-  std::vector<std::uint16_t> values(decoded.pixels.size() * channels);
-  if (!png_image_finish_read(&image, nullptr, values.data(), 0, nullptr)) {
-    png_image_free(&image);
-    return Error{ErrorCode::Malformed, image.message};
-  }
-  if (channels != 3) return decoded;
-  const unsigned shift = 8 - empty_bits(used_bits(values));
-  for (std::size_t i = 0; i < values.size(); ++i)
-    decoded.pixels[i / 3][i % 3] = static_cast<std::uint8_t>(values[i] >> shift);
-  return decoded;
+  const auto wide = decode_wide_png(png);
+  if (!wide.ok()) return wide.error();
+  return *wide ? raised(**wide, empty_bits(used_bits(**wide))) : std::move(decoded);
 }
 
 Result<RgbImage> read_png(const std::filesystem::path& path) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/result.hpp"
@@ -46,6 +47,18 @@ Result<Bytes> read_picture_file(const std::filesystem::path& path);
 /// Decodes any PNG and converts it to RGB of 8 bits; transparent pixels keep their colour. Errors: Malformed,
 /// Unsupported (more than kMostPixels).
 Result<RgbImage> decode_png(ByteView png);
+/// A picture of 16 bits: three values a pixel, row by row.
+struct WideImage {
+  int width = 0, height = 0;
+  std::vector<std::uint16_t> values;
+};
+/// Decodes a PNG whose samples have 16 bits, with its values as they stand, whatever curve it states. Nothing: it has
+/// fewer bits, or transparent pixels. Errors: Malformed, Unsupported (more than kMostPixels).
+Result<std::optional<WideImage>> decode_wide_png(ByteView png);
+/// Returns how many bits the largest value takes.
+unsigned used_bits(const WideImage& image);
+/// Returns the 8 highest bits of the values, which are taken 2 to the `bits` times as large first.
+RgbImage raised(const WideImage& image, unsigned bits);
 /// Returns `decoded`, which decode_png() made of `png`, as bright as its camera gave it: values of 10, 12 or 14 bits,
 /// as many cameras' programs put them into the 16 bits of a PNG, fill its 8 bits. Pictures with transparent pixels stay
 /// as they are. Errors: Malformed.

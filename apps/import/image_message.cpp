@@ -180,9 +180,18 @@ ImageMessage mosaic(RosHeader header, const Encoding& encoding, PacketImage imag
   return packed(std::move(header), encoding.fourcc, image, samples);
 }
 
+/// Decodes a picture. The values of a PNG of 16 bits are taken `raised` bits higher.
+Result<storage::RgbImage> decoded(Bytes bytes, unsigned raised) {
+  auto picture = storage::decode_image(bytes);
+  if (!picture.ok() || raised == 0) return picture;
+  const auto wide = storage::decode_wide_png(bytes);
+  if (!wide.ok()) return wide.error();
+  return *wide ? storage::raised(**wide, raised) : std::move(picture);
+}
+
 /// Takes the pixels of a picture that a camera's decoder does not read: a PNG, or a JPEG with several scans.
-Result<ImageMessage> decoded_picture(RosHeader header, PacketImage image, Bytes bytes) {
-  const auto picture = storage::decode_image(bytes);
+Result<ImageMessage> decoded_picture(RosHeader header, PacketImage image, Bytes bytes, unsigned raised) {
+  const auto picture = decoded(bytes, raised);
   if (!picture.ok()) return picture.error();
   image.width = static_cast<std::uint32_t>(picture->width);
   image.height = static_cast<std::uint32_t>(picture->height);
@@ -193,7 +202,8 @@ Result<ImageMessage> decoded_picture(RosHeader header, PacketImage image, Bytes 
   return out;
 }
 
-Result<ImageMessage> compressed_image(RosHeader header, const std::string& format, PacketImage image, Bytes bytes) {
+Result<ImageMessage> compressed_image(RosHeader header, const std::string& format, PacketImage image, Bytes bytes,
+                                      unsigned raised) {
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorCode::Unsupported, fmt::format("compressed as \"{}\": {}", format, why)};
   };
@@ -202,7 +212,7 @@ Result<ImageMessage> compressed_image(RosHeader header, const std::string& forma
   if (says("compressedDepth") || format.starts_with("16UC1") || format.starts_with("32FC1"))
     return refuse("depths, no colours");
   if (const Encoding* samples = mosaic_of(format)) {
-    const auto picture = storage::decode_image(bytes);
+    const auto picture = decoded(bytes, raised);
     if (picture.ok() && has_one_channel(*picture)) return mosaic(std::move(header), *samples, image, *picture);
   }
   if (const drivers::JpegHead head = drivers::jpeg_head(bytes); head.why.empty()) {
@@ -212,11 +222,24 @@ Result<ImageMessage> compressed_image(RosHeader header, const std::string& forma
     out.is_grey = head.is_grey;
     return out;
   }
-  auto picture = decoded_picture(std::move(header), image, bytes);
+  auto picture = decoded_picture(std::move(header), image, bytes, raised);
   return picture.ok() ? std::move(picture) : Result<ImageMessage>(refuse(picture.error().message));
 }
 
 bool is_foxglove(std::string_view type) { return type.starts_with("foxglove_msgs/"); }
+
+/// What a CompressedImage says behind its header.
+struct CompressedHead {
+  std::string format;
+  Bytes bytes;
+};
+CompressedHead take_compressed_head(bool is_foxglove, RosReader& message) {
+  CompressedHead out;
+  if (!is_foxglove) out.format = message.take_string();
+  out.bytes = message.take_byte_sequence();
+  if (is_foxglove) out.format = message.take_string();
+  return out;
+}
 
 }  // namespace
 
@@ -241,12 +264,9 @@ Result<ImageMessage> take_image(std::string_view type, RosReader message, const 
   PacketImage image;
   image.sequence = stamp.sequence;
   if (type.ends_with("/CompressedImage")) {
-    std::string format;
-    if (!is_foxglove(type)) format = message.take_string();
-    const auto bytes = message.take_byte_sequence();
-    if (is_foxglove(type)) format = message.take_string();
+    const CompressedHead head = take_compressed_head(is_foxglove(type), message);
     if (!message.ok()) return broken();
-    return compressed_image(std::move(header), format, image, bytes);
+    return compressed_image(std::move(header), head.format, image, head.bytes, stamp.raised_bits);
   }
   const PlainHead head = take_plain_head(is_foxglove(type), message);
   if (!message.ok()) return broken();
@@ -254,8 +274,13 @@ Result<ImageMessage> take_image(std::string_view type, RosReader message, const 
 }
 
 unsigned used_bits(std::string_view type, RosReader message) {
-  if (type != "sensor_msgs/Image" && type != "foxglove_msgs/RawImage") return 0;
+  if (std::ranges::find(kVideoTypes, type) != kVideoTypes.end()) return 0;
   take_image_header(type, message);
+  if (type.ends_with("/CompressedImage")) {
+    const CompressedHead compressed = take_compressed_head(is_foxglove(type), message);
+    const auto wide = storage::decode_wide_png(compressed.bytes);
+    return message.ok() && wide.ok() && *wide ? std::max(storage::used_bits(**wide), 1U) : 0;
+  }
   const PlainHead head = take_plain_head(is_foxglove(type), message);
   const auto* found = std::ranges::find(kEncodings, head.encoding, &Encoding::ros);
   if (!message.ok() || found == kEncodings.end()) return 0;

@@ -35,7 +35,8 @@ struct ImageMessage {
   Buffer packet;  ///< a packet for V4l2Decoder; its stamp is header.stamp, ns since 1970, as the exposure's start
 };
 
-/// Returns how many of the 16 bits of its samples an image uses: 12 if all are below 4096. 0: it has no such samples.
+/// Returns how many of the 16 bits of its samples, plain or in a PNG, an image uses: 12 if all are below 4096. 0: it
+/// has no such samples.
 unsigned used_bits(std::string_view type, drivers::RosReader message);
 
 /// Reads an image.
@@ -43,7 +44,7 @@ unsigned used_bits(std::string_view type, drivers::RosReader message);
 ///   baseline JPEG are taken as they are.
 /// - rgba8, bgra8 and 8UC4 lose their alpha; rgb16, bgr16, rgba16 and bgra16 are taken with their 8 highest bits,
 ///   because V4L2 has no such pixels.
-/// - PNG, and JPEG with several scans, become red, green and blue, or grey, of 8 bits.
+/// - PNG, and JPEG with several scans, become red, green and blue, or grey, of the 8 highest bits.
 /// Errors: Malformed for a message that contradicts itself, Unsupported for other pixels, with their name.
 Result<ImageMessage> take_image(std::string_view type, drivers::RosReader message, const ImageStamp& stamp);
 

@@ -127,6 +127,27 @@ TEST(ImageMessage, SamplesOfFewerBitsAreRaised) {
   }
 }
 
+TEST(ImageMessage, SamplesOfFewerBitsInPngAreRaised) {
+  // Two pixels of 12 bits in 16: 16 times 116, 30, 240 and 255, 0, 8.
+  constexpr std::string_view kHex =
+      "89504e470d0a1a0a0000000d49484452000000020000000110020000002bd0349e0000001549444154789c636077607cc0cfc0ff9f8181a1"
+      "0100115802c6fd9ef7a20000000049454e44ae426082";
+  std::string png;
+  for (std::size_t i = 0; i < kHex.size(); i += 2)
+    png += static_cast<char>(std::stoi(std::string(kHex.substr(i, 2)), nullptr, 16));
+  const auto message = compressed_image("rgb16; png compressed ", png);
+  EXPECT_EQ(apps::used_bits("sensor_msgs/CompressedImage", reader(message)), 12u);
+  const auto image = apps::take_image("sensor_msgs/CompressedImage", reader(message), {.raised_bits = 4});
+  ASSERT_TRUE(image.ok()) << image.error().message;
+  EXPECT_EQ(row_of(seen(*image), 0), (std::vector<int>{116, 30, 240, 255, 0, 8}));
+  const storage::RgbImage eight(2, 1, {7, 2, 15});
+  const auto encoded = storage::encode_png({eight.pixels.data()->data(), 2, 1});
+  const std::string plain(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+  EXPECT_EQ(apps::used_bits("sensor_msgs/CompressedImage", reader(compressed_image("rgb8; png compressed ", plain))),
+            0u);
+  EXPECT_EQ(apps::used_bits("sensor_msgs/CompressedImage", reader(compressed_image("png", png.substr(0, 60)))), 0u);
+}
+
 TEST(ImageMessage, TheNamesOfRos2AreRead) {
   const std::vector<int> grey{130, 130, 130, 130, 130, 130};  // (128 - 16) * 255 / 219
   for (const std::string name : {"yuv422", "uyvy", "yuv422_yuy2", "yuyv"})
