@@ -66,6 +66,7 @@ class CloudSurvey {
 /// Sees the messages one after another.
 class Surveyor {
  public:
+  explicit Surveyor(drivers::RosMetres metres) : metres_(metres) {}
   void take(const rosbag::BagTopic& topic, const rosbag::BagMessage& message) {
     const RosReader in(message.data.bytes(), topic.encoding);
     if (is_imported(topic)) {
@@ -89,12 +90,17 @@ class Surveyor {
   /// Call it after the last message.
   void finish() {
     for (auto& [name, pose] : out.poses) {
-      if (pose.usable == 0 && pose.far > 0)
-        pose.why = fmt::format(
-            "its positions are more than {:.0f} km from their origin, as coordinates of a map (UTM) are; only metres "
-            "about a place are read",
-            drivers::kFarthest_m / 1000);
-      if (const auto first = first_local_.find(name); first != first_local_.end() && are_degrees(first->second)) {
+      if (pose.usable == 0 && pose.of_other_metres > 0)
+        pose.why = metres_ == drivers::RosMetres::AboutPlace
+                       ? fmt::format(
+                             "its positions are more than {:.0f} km from their origin, as coordinates of a map "
+                             "(UTM) are: name the map with --map",
+                             drivers::kFarthest_m / 1000)
+                       : fmt::format(
+                             "its positions are less than {:.0f} km from zero, so they are not coordinates of "
+                             "a map: name their origin with --origin",
+                             drivers::kNearestOfMap_m / 1000);
+      if (pose.first_place && are_degrees(*pose.first_place)) {
         pose.why = "its positions are degrees, as those of a sensor_msgs/NavSatFix here, and not metres";
         pose.usable = 0;
       }
@@ -163,16 +169,16 @@ class Surveyor {
     const auto [known, is_new] = out.poses.try_emplace(topic.name, PoseTopic{topic.type, {}});
     PoseTopic& pose = known->second;
     if (pose.type != topic.type) return;  // ROS does not allow a second type under one name
-    if (const auto said = drivers::pose_time(topic.type, in)) {
+    if (const auto said = drivers::pose_time(topic.type, in, metres_)) {
       take_time(pose, *said, RosReader(in).take_header().stamp, received);
-      if (drivers::states_accuracy(topic.type, in)) ++pose.with_sigma;
+      if (drivers::states_accuracy(topic.type, in, metres_)) ++pose.with_sigma;
     }
     if (drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local) {
-      if (drivers::is_far(topic.type, in)) ++pose.far;
-      const auto local = drivers::take_local_pose(topic.type, in);
+      if (drivers::is_of_other_metres(topic.type, in, metres_)) ++pose.of_other_metres;
+      const auto local = drivers::take_local_pose(topic.type, in, metres_);
       if (!local) return;
       pose.farthest_m = std::max(pose.farthest_m, local->enu.norm());
-      first_local_.try_emplace(topic.name, local->enu);
+      if (!pose.first_place) pose.first_place = local->enu;
       if (pose.usable > 1) return;
       pose.world = local->frame;
       pose.frame = local->body;
@@ -191,7 +197,7 @@ class Surveyor {
            std::abs(position.y() - fix_->latitude / kDegree) < kNear;
   }
 
-  std::map<std::string, Eigen::Vector3d> first_local_;  // by topic
+  drivers::RosMetres metres_;
   std::optional<Geodetic> fix_;
   std::map<std::string, CloudSurvey> clouds_;
   std::map<std::string, TreeLinks> links_;  // by topic
@@ -319,10 +325,10 @@ std::optional<UnixTime> stamp_of(const rosbag::BagTopic& topic, const rosbag::Ba
   return in.ok() && count_ns(stamp) != 0 ? std::optional(stamp) : std::nullopt;
 }
 
-Result<BagSurvey> survey_bag(const std::filesystem::path& path) {
+Result<BagSurvey> survey_bag(const std::filesystem::path& path, drivers::RosMetres metres) {
   auto bag = rosbag::open_bag(path);
   if (!bag.ok()) return bag.error();
-  Surveyor surveyor;
+  Surveyor surveyor(metres);
   for (;;) {
     const auto message = (*bag)->next();
     if (message.ok()) {

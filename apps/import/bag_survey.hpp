@@ -48,7 +48,8 @@ class FrameTree {
 /// The transforms of a topic of tf, by the child.
 using TreeLinks = std::map<std::string, PoseTopic>;
 
-/// Returns whether a frame does not move with the vehicle, by REP 105 and habit.
+/// Returns whether a frame does not move with the vehicle, by REP 105 and habit; the vehicle's name may stand before
+/// it.
 bool is_standing(std::string_view frame);
 
 /// What one reading of a recording tells of its topics, before anything is written.
@@ -89,7 +90,7 @@ bool is_imported(const rosbag::BagTopic& topic);
 /// Returns the stamp of a message of such a topic; nothing: it has none.
 std::optional<UnixTime> stamp_of(const rosbag::BagTopic& topic, const rosbag::BagMessage& message);
 
-/// Reads a recording to its end or its damage.
-Result<BagSurvey> survey_bag(const std::filesystem::path& path);
+/// Reads a recording to its end or its damage. `metres`: those of the local poses that can be used.
+Result<BagSurvey> survey_bag(const std::filesystem::path& path, drivers::RosMetres metres);
 
 }  // namespace hueline::apps

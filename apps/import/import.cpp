@@ -19,7 +19,7 @@ namespace hueline::apps {
 namespace {
 
 struct ImportCommandOptions {
-  std::string bag, out, origin;
+  std::string bag, out, origin, map;
   std::vector<std::string> clouds, images, poses;
 };
 
@@ -34,7 +34,7 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
 }
 
 int import_recording(const ImportCommandOptions& options) {
-  ImportOptions what{options.bag, options.out, {}, options.clouds, options.images, options.poses};
+  ImportOptions what{options.bag, options.out, {}, options.map, options.clouds, options.images, options.poses};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
     if (!what.origin) {
@@ -80,6 +80,9 @@ void add_import(Command& all) {
   command.option(
       "--origin", options->origin,
       "latitude, longitude (deg), ellipsoidal height (m) of the origin of local poses: Odometry, PoseStamped, /tf");
+  command.option("--map", options->map,
+                 "EPSG code of the map whose coordinates local poses are, as EPSG:32632 for UTM zone 32 north; with "
+                 "--origin they count from the origin");
   command.option("--clouds", options->clouds,
                  "topics of the point clouds to take; default: of each frame the one with times and the most points");
   command.option("--images", options->images,

@@ -10,6 +10,7 @@
 
 #include "apps/import/bag_survey.hpp"
 #include "apps/import/import_rig.hpp"
+#include "apps/import/map_world.hpp"
 #include "apps/import/pose_choice.hpp"
 #include "apps/import/transcriber.hpp"
 #include "apps/inspect/capture_devices.hpp"
@@ -142,6 +143,16 @@ struct Remove {
 }  // namespace
 
 Result<ImportedBag> import_bag(const ImportOptions& options) {
+  std::optional<MapWorld> map;
+  drivers::RosWorld world;
+  if (!options.map.empty()) {
+    auto made = MapWorld::create(options.map, options.origin);
+    if (!made.ok()) return made.error();
+    map.emplace(std::move(*made));
+    world = map->world();
+  } else if (options.origin) {
+    world = drivers::world_about(*options.origin);
+  }
   auto folder = OutputFolder::open(options.out);
   if (!folder.ok()) return folder.error();
   const Remove probe{options.out / "probe"};
@@ -152,11 +163,17 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (!recording.ok()) return recording.error();
   auto files = rosbag::write_scanner_files(*recording, probe.folder, kProbePackets);
   if (!files.ok()) return files.error();
-  const auto survey = survey_bag(*recording);
+  const auto survey = survey_bag(*recording, world.metres);
   if (!survey.ok()) return survey.error();
 
-  const auto pose = choose_pose(survey->poses, options.origin.has_value(), options.poses);
+  auto pose = choose_pose(survey->poses, static_cast<bool>(world.place), options.poses);
   if (!pose.ok()) return pose.error();
+  const bool is_of_map = map && pose->rank == drivers::RosPoseRank::Local;
+  if (is_of_map) {
+    pose->farthest_m = 0;  // a map is curved as the earth is
+    if (pose->first_place) map->place(*pose->first_place);
+    if (!map->status().ok()) return map->status().error();
+  }
   const auto offset = offset_of(*recording, *pose);
   if (!offset.ok()) return offset.error();
 
@@ -183,6 +200,8 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
       became = its_pose->second + (sensors.mounted() > 0 ? "; mountings of the rig" : "");
   }
   out.became.insert(sensors.became().begin(), sensors.became().end());
+  for (const std::string& topic : pose->topics)
+    if (is_of_map) out.became[topic] += fmt::format(", coordinates of {}", options.map);
   out.topics = std::move(files->topics);
   if (sensors.sensors().empty()) {
     // The table of topics says why: without it nobody knows what would help.
@@ -209,7 +228,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   auto writer = storage::JournalWriter::create(options.out / "drive.mcap", header, config);
   if (!writer.ok()) return writer.error();
   OrderedJournal journal(std::move(*writer));
-  Transcriber transcriber(sensors.sensors(), *pose, options.origin, journal);
+  Transcriber transcriber(sensors.sensors(), *pose, std::move(world), journal);
   auto bag = rosbag::open_bag(*recording);
   if (!bag.ok()) return bag.error();
   if (survey->disorder > kMostDisorder || pose->is_other_pace) {
@@ -239,6 +258,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (Status done = transcriber.finish(); !done.ok()) return done.error();
   if (Status closed = journal.close(); !closed.ok()) return closed.error();
   out.packets = journal.packets();
+  if (is_of_map && !map->status().ok()) out.to_do.push_back(map->status().error().message);
   if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)
     out.to_do.push_back("no pose could be made of the recording, see the table: a replay places no points");
   if (std::string doubt = doubt_of_course(transcriber.course(), *pose, survey->tree); !doubt.empty())

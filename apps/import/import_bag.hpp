@@ -17,6 +17,7 @@ struct ImportOptions {
   std::string bag;                  ///< rosbag::open_bag()
   std::filesystem::path out;        ///< folder of the drive
   std::optional<Geodetic> origin;   ///< of the local coordinates of nav_msgs/Odometry
+  std::string map;                  ///< whose coordinates these are, "EPSG:32632"; with an origin they count from there
   std::vector<std::string> clouds;  ///< topics of the point clouds that are taken; empty: the best of each frame
   std::vector<std::string> images;  ///< topics of the images that are taken; empty: the best (choose_cameras())
   std::vector<std::string> poses;   ///< topics that the pose is taken from; empty: the best (choose_pose())
@@ -47,8 +48,8 @@ struct ImportedBag {
 /// recorder's time stands in where there is none. Images and clouds whose stamps are of another clock are moved to that
 /// of the poses. Messages that are not in the order of their times are sorted (rosbag::in_order()). Stamps of a
 /// simulator are counted from kSimulatorBegin. A cloud counts as received at its last point. Errors: those of
-/// rosbag::open_bag(); Invalid if `clouds` names a topic that has none, or `images` or `poses` one that cannot be used;
-/// Io.
+/// rosbag::open_bag(); Invalid if `clouds` names a topic that has none, or `images` or `poses` one that cannot be used,
+/// or `map` one without the place of the poses; Io.
 Result<ImportedBag> import_bag(const ImportOptions& options);
 
 }  // namespace hueline::apps

@@ -105,7 +105,7 @@ void ImportRig::add_pose() {
     to_do_.push_back(fmt::format(
         "the poses are up to {:.0f} km from their origin. They are taken for metres east, north and up in the plane "
         "that touches the ellipsoid at --origin; coordinates of a map (UTM, MGRS) are not that: their heights would be "
-        "{:.0f} m wrong there",
+        "{:.0f} m wrong there. Name their map with --map",
         pose_.farthest_m / 1000, pose_.farthest_m * pose_.farthest_m / 2 / 6'371'000));
   sensors_.push_back({free_name("pos"), {}, "", ImportedSensor::Kind::Pose});
   sensors_.back().yaml =

@@ -58,19 +58,19 @@ std::string what_it_needs(const PoseKind& kind) {
   return kind == kOrientations ? "its orientations need the positions of a sensor_msgs/NavSatFix"
                                : "its positions need the orientations of a sensor_msgs/Imu";
 }
-constexpr const char* kNoOrigin = "its metres need an origin, see --origin";
+constexpr const char* kNoOrigin = "its metres need an origin or a map, see --origin and --map";
 
 /// Returns why a topic cannot be used, whatever others there are; empty: it can.
-std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool has_origin) {
+std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool is_world_known) {
   const PoseKind kind = kind_of(topic);
   if (!topic.why.empty()) return topic.why;
   if (topic.usable == 0) return what_it_lacks(kind);
-  if (kind.first == RosPoseRank::Local && !has_origin) return kNoOrigin;
+  if (kind.first == RosPoseRank::Local && !is_world_known) return kNoOrigin;
   return is_whole(kind.first, best) ? std::string() : what_it_needs(kind);
 }
 
 /// Puts the topics `wanted` in the place of the best of their kinds, and returns their rank.
-Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, bool has_origin,
+Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, bool is_world_known,
                                 const std::vector<std::string>& wanted, KindTopics& best) {
   const auto wrong = [](const std::string& topic, const std::string& why) {
     return Error{ErrorCode::Invalid, fmt::format("--poses {}: {}", topic, why)};
@@ -79,7 +79,7 @@ Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, b
   for (const std::string& name : wanted) {
     const auto topic = found.find(name);
     if (topic == found.end()) return wrong(name, "the recording has no poses of that topic");
-    if (const std::string why = why_useless(topic->second, best, has_origin); !why.empty()) return wrong(name, why);
+    if (const std::string why = why_useless(topic->second, best, is_world_known); !why.empty()) return wrong(name, why);
     const PoseKind kind = kind_of(topic->second);
     if (const auto [other, is_new] = named.try_emplace(kind, name); !is_new && other->second != name)
       return wrong(name, fmt::format("{} says the same; name one of them", other->second));
@@ -131,14 +131,14 @@ bool RecorderPace::is_other() const {
   return apart > kSameClock && apart > std::chrono::abs(span) / 100;
 }
 
-Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
+Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool is_world_known,
                                const std::vector<std::string>& wanted) {
   PoseChoice out;
   KindTopics best = best_of_each(found);
   for (const auto& [kind, name] : best)
-    if (why_useless(found.at(name), best, has_origin).empty()) out.rank = std::max(out.rank, kind.first);
+    if (why_useless(found.at(name), best, is_world_known).empty()) out.rank = std::max(out.rank, kind.first);
   if (!wanted.empty()) {
-    const auto rank = take_wanted(found, has_origin, wanted, best);
+    const auto rank = take_wanted(found, is_world_known, wanted, best);
     if (!rank.ok()) return rank.error();
     out.rank = *rank;
   }
@@ -150,13 +150,14 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
     if (kind != kPositions) out.frame = topic.frame;
     out.is_height_known &= !drivers::is_gps_fix(topic.type);
     out.farthest_m = std::max(out.farthest_m, topic.farthest_m);
+    if (topic.first_place) out.first_place = topic.first_place;
     out.path = topic.path;
   }
   out.topics.assign(taken.begin(), taken.end());
   learn_clock(found, out);
   for (const auto& [name, topic] : found) {
     if (taken.contains(name)) continue;
-    std::string why = why_useless(topic, best, has_origin);
+    std::string why = why_useless(topic, best, is_world_known);
     if (why.empty() && best.at(kind_of(topic)) != name && kind_of(topic).first == out.rank)
       why = fmt::format("the pose is that of {}, with {} messages that can be used, of {} here; --poses {} takes this",
                         best.at(kind_of(topic)), found.at(best.at(kind_of(topic))).usable, topic.usable, name);

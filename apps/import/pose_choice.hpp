@@ -34,9 +34,10 @@ struct PoseTopic {
   RecorderPace pace{}, pace_before_gps{};  ///< by header.stamp; of those before the begin of GPS time by themselves
   std::string world{};                     ///< of local poses the frame that they are given in
   double farthest_m = 0;                   ///< of local poses: from the origin
-  std::uint64_t far = 0;                   ///< messages farther than drivers::kFarthest_m, which cannot be used
-  std::string why{};                       ///< why none of the messages can be used, where it is known
-  drivers::RosTransformPath path{};        ///< of tf
+  std::optional<Eigen::Vector3d> first_place{};  ///< of local poses; nothing: of tf, whose transforms are joined later
+  std::uint64_t of_other_metres = 0;  ///< local poses whose metres are not those of the survey (drivers::fits())
+  std::string why{};                  ///< why none of the messages can be used, where it is known
+  drivers::RosTransformPath path{};   ///< of tf
 };
 
 /// The date from which the stamps of a simulator are counted, which begin at 0: 2020-01-01T00:00:00Z. Receivers cannot
@@ -52,15 +53,16 @@ struct PoseChoice {
   drivers::RosPoseRank rank = drivers::RosPoseRank::None;
   std::vector<std::string> topics;  ///< one; of RosPoseRank::Part that of the positions and that of the orientations
   std::string frame;                ///< that stands for the vehicle's body
-  std::map<std::string, std::string> not_used;  ///< why the other topics are not used, by their names
-  bool is_by_stamp = false;                     ///< the times of the poses are header.stamp
-  UnixTime begin{};                             ///< the earliest of them
-  nanoseconds delay{0};                         ///< from the time of a pose to the recorder's, where these are nearest
-  bool is_sigma_known = true;                   ///< most of them state their accuracy, or their kind always does
-  bool is_other_pace = false;                   ///< RecorderPace::is_other()
-  bool is_height_known = true;                  ///< no position is of GPSFix, whose heights have any reference
-  double farthest_m = 0;                        ///< PoseTopic::farthest_m
-  drivers::RosTransformPath path{};             ///< PoseTopic::path
+  std::map<std::string, std::string> not_used;   ///< why the other topics are not used, by their names
+  bool is_by_stamp = false;                      ///< the times of the poses are header.stamp
+  UnixTime begin{};                              ///< the earliest of them
+  nanoseconds delay{0};                          ///< from the time of a pose to the recorder's, where these are nearest
+  bool is_sigma_known = true;                    ///< most of them state their accuracy, or their kind always does
+  bool is_other_pace = false;                    ///< RecorderPace::is_other()
+  bool is_height_known = true;                   ///< no position is of GPSFix, whose heights have any reference
+  double farthest_m = 0;                         ///< PoseTopic::farthest_m
+  std::optional<Eigen::Vector3d> first_place{};  ///< PoseTopic::first_place
+  drivers::RosTransformPath path{};              ///< PoseTopic::path
   /// Is added to the stamps: not 0 if most of them lie before the begin of GPS time, as those of a simulator do.
   nanoseconds shift{0};
 
@@ -75,9 +77,9 @@ struct PoseChoice {
 /// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. NavSatFix is taken
 /// before GPSFix, and Odometry before other local poses, and these before tf, if it has a tenth of the messages of the
 /// topic that has most. Of the kinds that of the highest rank is taken. `wanted` names topics that are taken instead.
-/// `has_origin`: local poses can be used. Errors: Invalid if `wanted` names a topic that cannot be used, or several
-/// that are not one pose.
-Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool has_origin,
+/// `is_world_known`: local poses can be used, because their origin or their map is named. Errors: Invalid if `wanted`
+/// names a topic that cannot be used, or several that are not one pose.
+Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool is_world_known,
                                const std::vector<std::string>& wanted);
 
 }  // namespace hueline::apps

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "apps/import/image_message.hpp"
 
@@ -42,9 +43,9 @@ Status OrderedJournal::write() {
   return writer_.append(packet, nanoseconds(0));
 }
 
-Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose,
-                         std::optional<Geodetic> origin, OrderedJournal& journal)
-    : sensors_(sensors), from_(pose), pose_(pose.rank, origin, pose.shift, pose.path), journal_(journal) {
+Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose, drivers::RosWorld world,
+                         OrderedJournal& journal)
+    : sensors_(sensors), from_(pose), pose_(pose.rank, std::move(world), pose.shift, pose.path), journal_(journal) {
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const auto id = static_cast<SensorId>(i + 1);
     if (sensors[i].kind == ImportedSensor::Kind::Pose)
@@ -95,6 +96,8 @@ std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
   if (dropped.unplaced > 0)
     out += fmt::format("; {} orientations are not between two positions that are at most {} s apart", dropped.unplaced,
                        drivers::RosPoseJoiner::kLongestSpan / std::chrono::seconds(1));
+  if (dropped.outside > 0)
+    out += fmt::format("; {} positions are zeros, or too far away to be of this drive", dropped.outside);
   if (dropped.alone > 0) out += "; a single message has no velocity";
   if (dropped.of_other_clock > 0)
     out += fmt::format("; {} messages have stamps of another clock, {} 1980", dropped.of_other_clock,

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "apps/import/import_rig.hpp"
-#include "core/geodesy.hpp"
 #include "core/packet.hpp"
 #include "drivers/ros/ros_datagrams.hpp"
 #include "drivers/ros/ros_pose.hpp"
@@ -50,7 +49,7 @@ class OrderedJournal {
 class Transcriber {
  public:
   /// The sensors' numbers are their places in the list, from 1.
-  Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose, std::optional<Geodetic> origin,
+  Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose, drivers::RosWorld world,
               OrderedJournal& journal);
 
   /// Returns an error of the disk.

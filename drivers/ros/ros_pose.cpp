@@ -78,6 +78,14 @@ RosPose::Logs logs_of(const Pva& pva, UnixTime received) {
 
 }  // namespace
 
+RosWorld world_about(const Geodetic& origin) {
+  const auto place = [T_ecef_origin = ecef_from_enu(origin)](const Eigen::Vector3d& enu) {
+    const Geodetic at = to_geodetic(T_ecef_origin * Point<Enu>{enu});
+    return std::optional(RosPlace{at, ecef_from_enu(at).rotation.conjugate() * T_ecef_origin.rotation});
+  };
+  return {RosMetres::AboutPlace, place};
+}
+
 bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out) {
   switch (rank_) {
     case RosPoseRank::Logs: {
@@ -91,8 +99,11 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
       return take_solution(type, message, out);
     case RosPoseRank::Local:
       if (carries_transforms(type)) return take_transforms(type, message, recorded, out);
-      if (const auto local = take_local_pose(type, message)) return take_local(type, *local, recorded, out);
-      return false;
+      if (const auto local = take_local_pose(type, message, world_.metres))
+        return take_local(type, *local, recorded, out);
+      if (!is_of_other_metres(type, message, world_.metres)) return false;
+      ++dropped_[std::string(type)].outside;
+      return true;
     case RosPoseRank::Part:
       return take_part(type, message, recorded, out);
     case RosPoseRank::None:
@@ -184,7 +195,7 @@ bool RosPose::take_transforms(std::string_view type, RosReader in, UnixTime reco
         is_whole = T.has_value();
         if (is_whole) T_world_body = *T * T_world_body;
       }
-      if (!is_whole || !(T_world_body.translation().norm() < kFarthest_m)) continue;
+      if (!is_whole || !fits(world_.metres, T_world_body.translation())) continue;
       RosLocalPose pose;
       pose.time = one.time;
       pose.enu = T_world_body.translation();
@@ -195,13 +206,15 @@ bool RosPose::take_transforms(std::string_view type, RosReader in, UnixTime reco
 }
 
 bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime recorded, std::vector<Logs>& out) {
-  if (!origin_) return false;
+  if (!world_.place) return false;
   if (!settle(local.time, recorded, type)) return true;
   Dropped& dropped = dropped_[std::string(type)];
-  const auto T_ecef_origin = ecef_from_enu(*origin_);
-  Pose now{local.time, to_geodetic(T_ecef_origin * Point<Enu>{local.enu}), {}, local.sigma_enu, local.sigma_flu};
-  // Level and north are those of the origin, and other ones where the vehicle is.
-  now.q_enu_flu = ecef_from_enu(now.place).rotation.conjugate() * T_ecef_origin.rotation * local.q_enu_flu;
+  const auto at = world_.place(local.enu);
+  if (!at) {
+    ++dropped.outside;
+    return true;
+  }
+  const Pose now{local.time, at->place, at->q_enu_world * local.q_enu_flu, local.sigma_enu, local.sigma_flu};
   if (last_ && now.time <= last_->time) {
     ++dropped.late;
     return true;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,14 +29,29 @@ struct RosTransformPath {
   std::vector<Step> steps;  ///< from the body up; the first one moves
 };
 
+/// A position of the world that local poses are given in.
+struct RosPlace {
+  Geodetic place{};
+  Eigen::Quaterniond q_enu_world = Eigen::Quaterniond::Identity();  ///< turns the world's axes to east, north and up
+};
+
+/// The world that local poses are given in.
+struct RosWorld {
+  RosMetres metres = RosMetres::AboutPlace;
+  /// Returns where metres lie, or nothing if they are no place. Empty: nobody knows where the world lies.
+  std::function<std::optional<RosPlace>(const Eigen::Vector3d&)> place{};
+};
+/// Returns the world whose axes are east, north and up of `origin`.
+RosWorld world_about(const Geodetic& origin);
+
 /// Makes logs of a receiver (novatel/wire.hpp) of the messages of one rank. Oem7RawMsg holds such logs, which are
 /// taken as they are. Everything else becomes INSPVA, with INSSTDEV before it where sigmas are known:
 /// - INSPVA(X): the values as they are; the time is the receiver's, from nov_header.
 /// - NavSatFix or GPSFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
 ///   interpolated (ros_pose_joiner.hpp). The height is taken for that above the ellipsoid.
-/// - Odometry, PoseStamped, PoseWithCovarianceStamped, the transforms of tf along a RosTransformPath: metres east,
-///   north, up of the origin. Their orientations are turned from the level and north of the origin to those of the
-///   place: of what is 7 km farther east at 50 degrees north, north differs by 0.08 deg and level by 0.06 deg.
+/// - Odometry, PoseStamped, PoseWithCovarianceStamped, the transforms of tf along a RosTransformPath: metres of a
+///   RosWorld. Their orientations are turned from its axes to the level and north of the place: 7 km east of an origin
+///   at 50 degrees north, north differs by 0.08 deg and level by 0.06 deg.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
 /// of the last two is header.stamp, taken for UTC, or the recorder's time if header.stamp is 0. The velocity of
 /// the last one is that from the message before; the first one has that of the second.
@@ -53,13 +69,13 @@ class RosPose {
     std::uint64_t of_other_clock = 0;  ///< their stamps lie on the other side of the begin of GPS time
     std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan
     std::uint64_t alone = 0;     ///< a local pose without a second one: it has no velocity
+    std::uint64_t outside = 0;   ///< local poses whose metres are not those of the RosWorld, or no place of it
   };
   /// `shift` is added to the times that are header.stamp in the logs, not to when these count as received. Without it,
   /// stamps before the begin of GPS time are not used; with it, only they are. `path`: of the messages of tf that first
   /// step which moves gives the poses; one above it that moves too, as REP 105's map -> odom, counts until its next.
-  RosPose(RosPoseRank rank, std::optional<Geodetic> origin, nanoseconds shift = nanoseconds(0),
-          RosTransformPath path = {})
-      : rank_(rank), origin_(origin), shift_(shift), path_(std::move(path)), steps_(path_.steps.size()) {}
+  RosPose(RosPoseRank rank, RosWorld world, nanoseconds shift = nanoseconds(0), RosTransformPath path = {})
+      : rank_(rank), world_(std::move(world)), shift_(shift), path_(std::move(path)), steps_(path_.steps.size()) {}
 
   /// Takes a message of a type of the rank. Appends what it completes to `out`. Returns false if it is broken or says
   /// nothing that can be used.
@@ -87,7 +103,7 @@ class RosPose {
   void give(const Pose& pose, const Eigen::Vector3d& velocity_enu, std::vector<Logs>& out);
 
   RosPoseRank rank_;
-  std::optional<Geodetic> origin_;
+  RosWorld world_;
   nanoseconds shift_;
   RosTransformPath path_;
   std::vector<std::optional<Eigen::Isometry3d>> steps_;  // the latest of each step of the path

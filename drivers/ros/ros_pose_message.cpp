@@ -148,7 +148,12 @@ std::optional<RosPosition> take_position(std::string_view type, RosReader in) {
   return out;
 }
 
-std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in) {
+bool fits(RosMetres metres, const Eigen::Vector3d& position) {
+  const double far = position.norm();
+  return metres == RosMetres::AboutPlace ? far < kFarthest_m : far >= kNearestOfMap_m && far < kFarthestOfMap_m;
+}
+
+std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in, RosMetres metres) {
   RosLocalPose out;
   const RosHeader header = in.take_header();
   out.time = header.stamp;
@@ -157,7 +162,7 @@ std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in)
   if (is_odometry) out.body = without_slash(in.take_string());
   for (double& value : out.enu) value = in.take<double>();
   out.q_enu_flu = take_quaternion(in);
-  if (!in.ok() || !is_rotation(out.q_enu_flu) || !(out.enu.norm() < kFarthest_m)) return {};
+  if (!in.ok() || !is_rotation(out.q_enu_flu) || !fits(metres, out.enu)) return {};
   out.q_enu_flu.normalize();
   if (type != "geometry_msgs/PoseStamped") take_pose_covariance(in, out);
   return out;
@@ -182,17 +187,17 @@ std::optional<std::vector<RosTransform>> take_transforms(RosReader in) {
   return out;
 }
 
-bool is_far(std::string_view type, RosReader in) {
+bool is_of_other_metres(std::string_view type, RosReader in, RosMetres metres) {
   in.take_header();
   if (type == "nav_msgs/Odometry") in.take_string();
   Eigen::Vector3d place;
   for (double& value : place) value = in.take<double>();
-  return in.ok() && place.allFinite() && place.norm() >= kFarthest_m;
+  return in.ok() && place.allFinite() && !fits(metres, place);
 }
 
-bool states_accuracy(std::string_view type, RosReader message) {
+bool states_accuracy(std::string_view type, RosReader message, RosMetres metres) {
   if (pose_rank(type) == RosPoseRank::Local) {
-    const auto pose = carries_transforms(type) ? std::nullopt : take_local_pose(type, message);
+    const auto pose = carries_transforms(type) ? std::nullopt : take_local_pose(type, message, metres);
     return pose && pose->sigma_enu;
   }
   const auto position =
@@ -200,7 +205,7 @@ bool states_accuracy(std::string_view type, RosReader message) {
   return position && position->sigma_enu;
 }
 
-std::optional<UnixTime> pose_time(std::string_view type, RosReader message) {
+std::optional<UnixTime> pose_time(std::string_view type, RosReader message, RosMetres metres) {
   switch (pose_rank(type)) {
     case RosPoseRank::Logs:
       return time_of_log(message);
@@ -208,7 +213,7 @@ std::optional<UnixTime> pose_time(std::string_view type, RosReader message) {
       return time_of_solution(message);
     case RosPoseRank::Local:
       if (carries_transforms(type)) return {};
-      return time_of(take_local_pose(type, message));
+      return time_of(take_local_pose(type, message, metres));
     case RosPoseRank::Part:
       return type == "sensor_msgs/Imu" ? time_of(take_orientation(message)) : time_of(take_position(type, message));
     case RosPoseRank::None:

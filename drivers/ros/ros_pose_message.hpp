@@ -38,12 +38,20 @@ struct RosPosition {
   Geodetic place{};
   std::optional<Eigen::Vector3d> sigma_enu;  ///< m; nothing: the message states none
 };
+/// What the metres of local poses count from.
+enum class RosMetres : std::uint8_t {
+  AboutPlace,  ///< an origin near the drive: they are less than kFarthest_m
+  OfMap,       ///< the zero of a map's coordinates (UTM), which is more than kNearestOfMap_m from any drive
+};
+constexpr double kFarthest_m = 1e6, kNearestOfMap_m = 20e3, kFarthestOfMap_m = 30e6;
+/// Returns whether a position may be one of these metres.
+bool fits(RosMetres metres, const Eigen::Vector3d& position);
 /// A pose of nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped.
 struct RosLocalPose {
   UnixTime time{};
   std::string frame;                              ///< that the pose is given in
   std::string body;                               ///< that it is the pose of; empty: the message does not say it
-  Eigen::Vector3d enu = Eigen::Vector3d::Zero();  ///< m from the origin
+  Eigen::Vector3d enu = Eigen::Vector3d::Zero();  ///< m along the axes of the world, which are a map's if it is one
   Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
   std::optional<Eigen::Vector3d> sigma_enu;  ///< m; nothing: the message states none
   std::optional<Eigen::Vector3d> sigma_flu;  ///< rad, of turns about the axes of the body: roll, pitch, yaw
@@ -58,15 +66,14 @@ struct RosTransform {
 // These read a message of their type. They return nothing if it is broken or if it says that it does not know.
 std::optional<RosOrientation> take_orientation(RosReader imu);
 std::optional<RosPosition> take_position(std::string_view type, RosReader message);
-/// Positions farther than kFarthest_m from the origin are no local ones, and are not read.
-std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader message);
+/// A position that does not fit `metres` is not read.
+std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader message, RosMetres metres);
 /// Transforms that are none (numbers that are not finite, a rotation whose length is not 1) are left out.
 std::optional<std::vector<RosTransform>> take_transforms(RosReader message);
-constexpr double kFarthest_m = 1e6;
-/// Returns whether a message of Odometry or of a stamped pose says a position farther than that.
-bool is_far(std::string_view type, RosReader message);
+/// Returns whether a message of Odometry or of a stamped pose says a position that does not fit `metres`.
+bool is_of_other_metres(std::string_view type, RosReader message, RosMetres metres);
 /// Returns whether a message of a position or a local pose states its accuracy.
-bool states_accuracy(std::string_view type, RosReader message);
+bool states_accuracy(std::string_view type, RosReader message, RosMetres metres);
 
 /// Returns `frame` without the slash with which ROS 1's first tf began.
 std::string without_slash(std::string frame);
@@ -76,6 +83,6 @@ std::uint16_t take_receiver_week(RosReader& in);
 
 /// Returns the time of a message of a type that has a rank: that of a receiver's own clock where the message has it,
 /// header.stamp elsewhere. Nothing if the message cannot be used for a pose. Messages of tf have no time of their own.
-std::optional<UnixTime> pose_time(std::string_view type, RosReader message);
+std::optional<UnixTime> pose_time(std::string_view type, RosReader message, RosMetres metres);
 
 }  // namespace hueline::drivers

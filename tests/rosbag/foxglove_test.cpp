@@ -164,7 +164,8 @@ TEST(Foxglove, TransformsPosesAndFixes) {
   pose.set_frame_id("map");
   pose.mutable_pose()->mutable_position()->set_y(7);
   pose.mutable_pose()->mutable_orientation()->set_w(1);
-  const auto local = drivers::take_local_pose("geometry_msgs/PoseStamped", turned(pose).in());
+  const auto local =
+      drivers::take_local_pose("geometry_msgs/PoseStamped", turned(pose).in(), drivers::RosMetres::AboutPlace);
   ASSERT_TRUE(local);
   EXPECT_EQ(local->frame, "map");
   EXPECT_EQ(local->enu.y(), 7);

@@ -118,7 +118,7 @@ TEST(RosPose, JoinsPositionsWithOrientations) {
 
 TEST(RosPose, PlacesLocalMetresAtTheirOrigin) {
   const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
-  RosPose pose(RosPoseRank::Local, origin);
+  RosPose pose(RosPoseRank::Local, drivers::world_about(origin));
   std::vector<RosPose::Logs> logs;
   for (int i = 0; i < 2; ++i) {
     test::RosWriter message(RosEncoding::Cdr);
@@ -145,7 +145,7 @@ test::RosWriter pose_message(std::int64_t ns, const std::array<double, 3>& place
 TEST(RosPose, TurnsOrientationsToTheLevelOfTheirPlace) {
   const Geodetic origin{50 * kDegree, 10 * kDegree, 100};
   const auto T_ecef_origin = ecef_from_enu(origin);
-  RosPose pose(RosPoseRank::Local, origin);
+  RosPose pose(RosPoseRank::Local, drivers::world_about(origin));
   std::vector<RosPose::Logs> logs;
   for (int i = 0; i < 2; ++i) {
     // The vehicle stands level and looks to the east, as both are at its own place.
@@ -169,7 +169,7 @@ TEST(RosPose, TurnsOrientationsToTheLevelOfTheirPlace) {
 TEST(RosPose, ReadsStampedPosesWithTheirCovariances) {
   const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
   const double c = std::cos(std::numbers::pi / 4);
-  RosPose pose(RosPoseRank::Local, origin);
+  RosPose pose(RosPoseRank::Local, drivers::world_about(origin));
   std::vector<RosPose::Logs> logs;
   for (int i = 0; i < 2; ++i) {
     // Forward is north: what turns about east is the pitch, about north the roll.
@@ -191,7 +191,7 @@ TEST(RosPose, ReadsStampedPosesWithTheirCovariances) {
   const std::array<double, 9> expected{0.1, 0.2, 0.3, 0.1, 0.1, 0.1, 2 * kDegree, 1 * kDegree, 3 * kDegree};
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(sigmas[0].sigma[i], expected[i], 1e-7) << i;
 
-  RosPose plain(RosPoseRank::Local, origin);
+  RosPose plain(RosPoseRank::Local, drivers::world_about(origin));
   logs.clear();
   for (int i = 0; i < 2; ++i)
     ASSERT_TRUE(plain.take("geometry_msgs/PoseStamped",
@@ -208,7 +208,7 @@ TEST(RosPose, FollowsTheTransformsFromTheBodyToTheWorld) {
   drivers::RosTransformPath path{
       {{"base_link", "odom", {}}, {"odom", "map", {}}, {"map", "world", Eigen::Isometry3d::Identity()}}};
   path.steps[2].fixed->translation().z() = 20;
-  RosPose pose(RosPoseRank::Local, Geodetic{10 * kDegree, 20 * kDegree, 100}, nanoseconds(0), path);
+  RosPose pose(RosPoseRank::Local, drivers::world_about({10 * kDegree, 20 * kDegree, 100}), nanoseconds(0), path);
   std::vector<RosPose::Logs> logs;
   const auto take = [&](const std::string& parent, const std::string& child, std::int64_t ms, double x, double z,
                         double turn) {

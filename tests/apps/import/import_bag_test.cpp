@@ -28,9 +28,9 @@ constexpr std::int64_t kImported_ns = 1'700'000'000'000'000'000;
 constexpr std::int64_t kTenth_ns = 100'000'000;
 constexpr Geodetic kOrigin{0.8, 0.2, 500};
 
-SampleMessage odometry_message(const std::string& topic, std::int64_t ns, double north) {
+SampleMessage odometry_message(const std::string& topic, std::int64_t ns, double north, double east = 0) {
   RosWriter out(drivers::RosEncoding::Cdr);
-  out.header(ns, "odom").text("base_link").put(0.0).put(north).put(0.0);
+  out.header(ns, "odom").text("base_link").put(east).put(north).put(0.0);
   out.put(0.0).put(0.0).put(0.0).put(1.0);
   return {topic, "nav_msgs/Odometry", ns, out.bytes()};
 }
@@ -120,7 +120,8 @@ TEST_F(ImportBag, PosesNamesTheTopicOfThePose) {
   EXPECT_EQ(nothing.error().message, "--poses /odom: the recording has no poses of that topic");
   const auto no_origin = import(two_ways(), {.poses = {"/odom/wheel"}});
   ASSERT_FALSE(no_origin.ok());
-  EXPECT_EQ(no_origin.error().message, "--poses /odom/wheel: its metres need an origin, see --origin");
+  EXPECT_EQ(no_origin.error().message,
+            "--poses /odom/wheel: its metres need an origin or a map, see --origin and --map");
 }
 
 TEST(PoseChoice, CountsTheMessagesThatCanBeUsed) {
@@ -242,7 +243,8 @@ TEST_F(ImportBag, ThePoseMayBeATransform) {
   const auto no_origin = import(messages);
   ASSERT_TRUE(no_origin.ok());
   EXPECT_EQ(no_origin->became.at("/tf"),
-            "the tree of frames: mountings of the rig; its pose is not used: its metres need an origin, see --origin");
+            "the tree of frames: mountings of the rig; its pose is not used: its metres need an origin or a map, see "
+            "--origin and --map");
   const auto done = import(messages, {.origin = kOrigin});
   ASSERT_TRUE(done.ok()) << done.error().message;
   EXPECT_EQ(done->became.at("/tf"), "sensor pos, the pose of base_link in map; mountings of the rig");
@@ -269,8 +271,40 @@ TEST_F(ImportBag, SaysThatCoordinatesOfAMapAreNoLocalMetres) {
   EXPECT_EQ(told(0), (std::pair<std::string, int>("sensor pos", 0)));
   EXPECT_EQ(told(90'000).second, 1);
   EXPECT_EQ(told(5'340'000).first,
-            "not used: its positions are more than 1000 km from their origin, as coordinates of a map (UTM) are; only "
-            "metres about a place are read");
+            "not used: its positions are more than 1000 km from their origin, as coordinates of a map (UTM) are: name "
+            "the map with --map");
+}
+
+TEST_F(ImportBag, TakesPosesInCoordinatesOfAMap) {
+  const auto made = [&](double north, double east, ImportOptions options) {
+    return import({odometry_message("/odom", kImported_ns, north, east),
+                   odometry_message("/odom", kImported_ns + kTenth_ns, north + 1, east)},
+                  std::move(options));
+  };
+  const auto latitude = [&] { return pose().at("latitude_deg").at(0).get<double>(); };
+  const auto done = made(5'340'000, 500'000, {.map = "EPSG:32632"});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom"), "sensor pos, coordinates of EPSG:32632");
+  EXPECT_EQ(count_told(*done, "km from their origin"), 0);
+  EXPECT_NEAR(latitude(), 48.21323, 1e-5);
+  EXPECT_LT(metres_of_latitudes(pose()), 1.01);
+  // Coordinates that count from an origin, along the axes of the map there.
+  const auto counted = made(100'000, 0, {.origin = kOrigin, .map = "EPSG:32632"});
+  ASSERT_TRUE(counted.ok()) << counted.error().message;
+  EXPECT_EQ(count_told(*counted, "km from their origin"), 0);
+  EXPECT_NEAR(latitude(), 46.736, 2e-3);
+  const auto refused = [&](double north, double east, const std::string& map) {
+    const auto not_made = made(north, east, {.map = map});
+    if (not_made.ok()) return not_made->became.at("/odom");
+    EXPECT_EQ(not_made.error().code, ErrorCode::Invalid);
+    return not_made.error().message;
+  };
+  EXPECT_EQ(refused(0, 0, "EPSG:32632"),
+            "not used: its positions are less than 20 km from zero, so they are not coordinates of a map: name their "
+            "origin with --origin");
+  EXPECT_NE(refused(5'340'000, 500'000, "EPSG:2056").find("--map EPSG:2056: "), std::string::npos);
+  EXPECT_NE(refused(5'340'000, 500'000, "utm").find("--map utm: give the EPSG code"), std::string::npos);
+  EXPECT_NE(refused(5'340'000, 3'500'000, "EPSG:31467").find("transform them first"), std::string::npos);
 }
 
 /// Septentrio's driver gives a PoseWithCovarianceStamped whose x and y are longitude and latitude.
@@ -453,7 +487,7 @@ TEST_F(ImportBag, SaysOfEachTopicWhyNothingCouldBeTaken) {
   ASSERT_FALSE(done->made.ok());
   EXPECT_EQ(done->made.error().code, ErrorCode::Unsupported);
   EXPECT_EQ(done->topics.size(), 3u);
-  EXPECT_EQ(done->became.at("/odom"), "not used: its metres need an origin, see --origin");
+  EXPECT_EQ(done->became.at("/odom"), "not used: its metres need an origin or a map, see --origin and --map");
   EXPECT_EQ(done->became.at("/imu"), "not used: its orientations need the positions of a sensor_msgs/NavSatFix");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "drive/drive.mcap"));
 }

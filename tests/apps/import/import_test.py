@@ -93,6 +93,32 @@ def odometry(ns):
     return Cdr().header(ns, "odom").text("base_link").put("d", 0, way(ns), 0).put("d", 0, 0, half, half).put("d", *[0] * 36).data
 
 
+def lambert_93(latitude, longitude):
+    """Easting and northing of the map EPSG:2154, a cone, and the heading of its north, rad (EPSG's guidance note 7-2)."""
+    excentricity = math.sqrt(E2)
+
+    def along(degrees):
+        sine = math.sin(math.radians(degrees))
+        return math.tan(math.pi / 4 - math.radians(degrees) / 2) / ((1 - excentricity * sine) / (1 + excentricity * sine)) ** (excentricity / 2)
+
+    def across(degrees):
+        return math.cos(math.radians(degrees)) / math.sqrt(1 - E2 * math.sin(math.radians(degrees)) ** 2)
+
+    n = (math.log(across(49)) - math.log(across(44))) / (math.log(along(49)) - math.log(along(44)))
+    scale = A * across(49) / (n * along(49) ** n)
+    turn = n * math.radians(longitude - 3)
+    return 700000 + scale * along(latitude) ** n * math.sin(turn), 6600000 + scale * (along(46.5) ** n - along(latitude) ** n * math.cos(turn)), turn
+
+
+def map_odometry(ns):
+    """The same as pose() in the coordinates of a map whose north is 4.4 degrees beside the way."""
+    latitude = LATITUDE + math.degrees(way(ns) / (meridian_radius(LATITUDE) + HEIGHT_M))
+    east, north, turn = lambert_93(latitude, LONGITUDE)
+    yaw = math.pi / 2 + turn
+    out = Cdr().header(ns, "map").text("base_link").put("d", east, north, HEIGHT_M)
+    return out.put("d", 0, 0, math.sin(yaw / 2), math.cos(yaw / 2)).put("d", *[0] * 36).data
+
+
 def cloud(ns):
     """A turn of 0.1 s, during which the vehicle drives on: each point is where the scanner sees it at its own time."""
     points, count = bytearray(), 0
@@ -142,7 +168,7 @@ def moving_frames(ns):
     return frames(ns, ("odom", "base_link", (way(ns), 0, 0), (0, 0, 0, 1)), ("base_link", "camera", (0, 0, CAMERA_UP), (-half, 0, 0, half)))
 
 
-def make_bag(path, only=None, is_simulated=False):
+def make_bag(path, only=None, is_simulated=False, of_map=False):
     topics = {"/points": "sensor_msgs/msg/PointCloud2", "/inspvax": "novatel_oem7_msgs/msg/INSPVAX", "/left/image_raw": "sensor_msgs/msg/Image",
               "/left/a_mono": "sensor_msgs/msg/Image",
               "/left/camera_info": "sensor_msgs/msg/CameraInfo", "/tf_static": "tf2_msgs/msg/TFMessage",
@@ -150,11 +176,14 @@ def make_bag(path, only=None, is_simulated=False):
     scanner = ("base_link", "velodyne", (0, 0, SCANNER_UP), (0, 0, 0, 1))
     messages = [(BEGIN, "/tf_static", frames(BEGIN, scanner)), (BEGIN, "/chatter", b"\0\1\0\0hello")]
     messages += [(BEGIN + k * 10**9, "/tf", moving_frames(BEGIN + k * 10**9)) for k in range(10)]
-    if is_simulated:
+    if is_simulated or of_map:
         topics["/odom"] = "nav_msgs/msg/Odometry"
     for k in range(round(POSES_S * 50)):
         ns = BEGIN + k * 20_000_000
-        messages.append((ns + 5_000_000, "/odom", odometry(ns)) if is_simulated else (ns + 5_000_000, "/inspvax", pose(ns)))
+        if is_simulated or of_map:
+            messages.append((ns + 5_000_000, "/odom", map_odometry(ns) if of_map else odometry(ns)))
+        else:
+            messages.append((ns + 5_000_000, "/inspvax", pose(ns)))
     for k in range(round(CLOUDS_S * 10)):
         ns = BEGIN + round((POSES_S - CLOUDS_S - 1) * 1e9) + k * 100_000_000
         messages.append((ns + 103_000_000, "/points", cloud(ns)))
@@ -236,6 +265,13 @@ with tempfile.TemporaryDirectory() as work:
     assert "which `hueline replay` reads" in run("import", "drive", "--out", "again", status=3)
     print(run("replay", "drive", "--out", "cloud", "--no-feed"))
     judge("cloud/cloud.las")
+    # Poses in the coordinates of a map, whose metres and whose north are other ones.
+    make_bag("map.db3", of_map=True)
+    assert "name the map with --map" in run("import", "map.db3", "--out", "unplaced", "--origin", f"{LATITUDE},{LONGITUDE},{HEIGHT_M}")
+    run("import", "map.db3", "--out", "unplaced", "--map", "utm", status=2)
+    print(run("import", "map.db3", "--out", "mapped", "--map", "EPSG:2154"))
+    print(run("replay", "mapped", "--out", "on_map", "--no-feed"))
+    judge("on_map/cloud.las")
     # A simulator's time begins at 0: poses, clouds and images are counted from a date that is told.
     BEGIN = 100 * 10**9
     make_bag("simulated.db3", is_simulated=True)
