@@ -275,6 +275,17 @@ bool BagSurvey::moves_with_vehicle(const std::string& frame) const {
   });
 }
 
+bool BagSurvey::stands(const std::string& frame) const {
+  if (is_standing(frame)) return true;
+  if (frame.empty() || moves_with_vehicle(frame)) return false;
+  return std::ranges::any_of(poses, [&](const auto& one) {
+    const PoseTopic& pose = one.second;
+    const auto is_above = [&](const auto& step) { return step.parent == frame; };
+    return (pose.type == "nav_msgs/Odometry" && pose.world == frame && pose.frame != frame) ||
+           std::ranges::any_of(pose.path.steps, is_above);
+  });
+}
+
 std::optional<PoseTopic> BagSurvey::pose_of_tree(const TreeLinks& links) const {
   const auto sensors = sensor_frames();
   std::optional<PoseTopic> best;
@@ -303,8 +314,10 @@ std::optional<PoseTopic> BagSurvey::pose_of_tree(const TreeLinks& links) const {
 }
 
 bool is_standing(std::string_view frame) {
-  constexpr std::array<std::string_view, 5> kStanding{"map", "odom", "world", "earth", "camera_init"};
-  return std::ranges::find(kStanding, frame) != kStanding.end();
+  constexpr std::array<std::string_view, 8> kStanding{"map",         "odom",   "world", "earth",
+                                                      "camera_init", "global", "utm",   "enu"};
+  const std::string_view name = frame.substr(frame.rfind('/') + 1);
+  return std::ranges::find(kStanding, name) != kStanding.end() || name.ends_with("_map") || name.ends_with("_odom");
 }
 
 bool is_imported(const rosbag::BagTopic& topic) {

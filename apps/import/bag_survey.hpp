@@ -79,6 +79,9 @@ struct BagSurvey {
   std::vector<std::string> sensor_frames() const;
   /// Returns whether the tree of frames joins a frame to the vehicle. One that stands does not.
   bool moves_with_vehicle(const std::string& frame) const;
+  /// Returns whether a frame stands: by its name, or because the recording's poses are given in it. What a point cloud
+  /// says in such a frame is a map, and no measurement of a scanner.
+  bool stands(const std::string& frame) const;
   /// Returns the pose of the vehicle that a topic of tf says: that of the frame which carries the most sensors, or that
   /// of the vehicle by its name; nothing: it says none.
   std::optional<PoseTopic> pose_of_tree(const TreeLinks& links) const;

@@ -140,7 +140,8 @@ std::string ImportRig::why_not_used(const std::string& topic, const BagSurvey::C
                                     const std::vector<std::string>& wanted) const {
   if (!cloud.config) return cloud.why.empty() ? "no message of it has a return" : cloud.why;
   if (!wanted.empty()) return std::ranges::find(wanted, topic) != wanted.end() ? "" : "--clouds does not name it";
-  if (is_standing(cloud.frame)) return fmt::format("its frame {} does not move with the vehicle", cloud.frame);
+  if (survey_->stands(cloud.frame))
+    return fmt::format("its frame {} does not move with the vehicle, so it is a map and no measurement", cloud.frame);
   if (const auto packets = packets_in_.find(cloud.frame); packets != packets_in_.end())
     return fmt::format("the packets of {} are in the same frame", packets->second);
   // Of several clouds in one frame, the others are made of one of them.

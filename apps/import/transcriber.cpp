@@ -98,6 +98,7 @@ std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
                        drivers::RosPoseJoiner::kLongestSpan / std::chrono::seconds(1));
   if (dropped.outside > 0)
     out += fmt::format("; {} positions are zeros, or too far away to be of this drive", dropped.outside);
+  if (dropped.without_fix > 0) out += fmt::format("; {} positions are without a fix", dropped.without_fix);
   if (dropped.alone > 0) out += "; a single message has no velocity";
   if (dropped.of_other_clock > 0)
     out += fmt::format("; {} messages have stamps of another clock, {} 1980", dropped.of_other_clock,

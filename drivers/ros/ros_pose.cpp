@@ -156,7 +156,11 @@ bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, 
     is_used = joiner_.add(*orientation, recorded);
   } else {
     auto position = take_position(type, in);
-    if (!position) return false;
+    if (!position && !is_without_fix(type, in)) return false;
+    if (!position) {
+      ++dropped_[std::string(type)].without_fix;
+      return true;
+    }
     if (!settle(position->time, recorded, type)) return true;
     is_used = joiner_.add(*position, recorded);
   }

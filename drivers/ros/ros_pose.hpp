@@ -70,6 +70,7 @@ class RosPose {
     std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan
     std::uint64_t alone = 0;     ///< a local pose without a second one: it has no velocity
     std::uint64_t outside = 0;   ///< local poses whose metres are not those of the RosWorld, or no place of it
+    std::uint64_t without_fix = 0;  ///< positions of a receiver that does not know its place
   };
   /// `shift` is added to the times that are header.stamp in the logs, not to when these count as received. Without it,
   /// stamps before the begin of GPS time are not used; with it, only they are. `path`: of the messages of tf that first

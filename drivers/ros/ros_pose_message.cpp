@@ -81,6 +81,35 @@ int take_gps_status(RosReader& in) {
   return status;
 }
 
+/// What a NavSatFix or a GPSFix says. It may be broken: ask the reader.
+struct PositionMessage {
+  RosPosition position;
+  bool has_fix = false;
+};
+PositionMessage take_position_message(std::string_view type, RosReader& in) {
+  PositionMessage out;
+  out.position.time = in.take_header().stamp;
+  const bool is_fix = is_gps_fix(type);
+  const int status = is_fix ? take_gps_status(in) : in.take<std::int8_t>();
+  if (!is_fix) in.take<std::uint16_t>();
+  out.position.place.latitude = in.take<double>() * (std::numbers::pi / 180);
+  out.position.place.longitude = in.take<double>() * (std::numbers::pi / 180);
+  out.position.place.ellipsoidal_height = in.take<double>();
+  // Course, speed, orientation, time, dilutions of precision and errors that another program may mean otherwise.
+  constexpr int kOtherValues = 22;
+  for (int i = 0; is_fix && i < kOtherValues; ++i) in.take<double>();
+  std::array<double, 9> covariance{};
+  for (double& value : covariance) value = in.take<double>();
+  const bool has_covariance = in.take<std::uint8_t>() != 0;
+  const Geodetic& place = out.position.place;
+  const bool is_known = std::isfinite(place.latitude) && std::isfinite(place.longitude);
+  out.has_fix = status >= 0 && is_known && (place.latitude != 0 || place.longitude != 0);
+  if (has_covariance)
+    out.position.sigma_enu =
+        sigma_of({covariance[0], covariance[4], covariance[8]}, std::numeric_limits<double>::max());
+  return out;
+}
+
 template <class T>
 std::optional<UnixTime> time_of(const std::optional<T>& message) {
   return message ? std::optional(message->time) : std::nullopt;
@@ -128,24 +157,14 @@ std::optional<RosOrientation> take_orientation(RosReader in) {
 }
 
 std::optional<RosPosition> take_position(std::string_view type, RosReader in) {
-  RosPosition out;
-  out.time = in.take_header().stamp;
-  const bool is_fix = is_gps_fix(type);
-  const int status = is_fix ? take_gps_status(in) : in.take<std::int8_t>();
-  if (!is_fix) in.take<std::uint16_t>();
-  out.place.latitude = in.take<double>() * (std::numbers::pi / 180);
-  out.place.longitude = in.take<double>() * (std::numbers::pi / 180);
-  out.place.ellipsoidal_height = in.take<double>();
-  // Course, speed, orientation, time, dilutions of precision and errors that another program may mean otherwise.
-  constexpr int kOtherValues = 22;
-  for (int i = 0; is_fix && i < kOtherValues; ++i) in.take<double>();
-  std::array<double, 9> covariance{};
-  for (double& value : covariance) value = in.take<double>();
-  const bool has_covariance = in.take<std::uint8_t>() != 0;
-  if (!in.ok() || status < 0 || !is_on_earth(out.place)) return {};
-  if (has_covariance)
-    out.sigma_enu = sigma_of({covariance[0], covariance[4], covariance[8]}, std::numeric_limits<double>::max());
-  return out;
+  const PositionMessage message = take_position_message(type, in);
+  return in.ok() && message.has_fix && is_on_earth(message.position.place) ? std::optional(message.position)
+                                                                           : std::nullopt;
+}
+
+bool is_without_fix(std::string_view type, RosReader in) {
+  const PositionMessage message = take_position_message(type, in);
+  return in.ok() && !message.has_fix;
 }
 
 bool fits(RosMetres metres, const Eigen::Vector3d& position) {

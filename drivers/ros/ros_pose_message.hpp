@@ -65,7 +65,10 @@ struct RosTransform {
 
 // These read a message of their type. They return nothing if it is broken or if it says that it does not know.
 std::optional<RosOrientation> take_orientation(RosReader imu);
+/// A latitude and longitude of exactly 0 are those of a receiver that does not know its place yet.
 std::optional<RosPosition> take_position(std::string_view type, RosReader message);
+/// Returns whether a message of a position is whole and says that its receiver does not know its place.
+bool is_without_fix(std::string_view type, RosReader message);
 /// A position that does not fit `metres` is not read.
 std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader message, RosMetres metres);
 /// Transforms that are none (numbers that are not finite, a rotation whose length is not 1) are left out.

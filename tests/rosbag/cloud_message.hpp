@@ -19,6 +19,7 @@ constexpr std::uint8_t kU8 = 2, kU16 = 4, kU32 = 6, kF32 = 7, kF64 = 8;
 /// A sensor_msgs/PointCloud2.
 struct CloudMessage {
   std::int64_t stamp_ns = 1'700'000'000'000'000'000;
+  std::string frame = "laser";
   std::vector<CloudField> fields;
   std::uint32_t height = 1, width = 0, point_step = 0, row_step = 0;
   bool is_big_endian = false;
@@ -34,7 +35,7 @@ struct CloudMessage {
   }
   std::string bytes(drivers::RosEncoding encoding) const {
     RosWriter out(encoding);
-    out.header(stamp_ns, "laser").put(height).put(width).put(static_cast<std::uint32_t>(fields.size()));
+    out.header(stamp_ns, frame).put(height).put(width).put(static_cast<std::uint32_t>(fields.size()));
     for (const CloudField& field : fields) out.text(field.name).put(field.offset).put(field.type).put(std::uint32_t{1});
     out.put(std::uint8_t{is_big_endian}).put(point_step).put(row_step).sequence(data).put(std::uint8_t{0});
     return out.bytes();

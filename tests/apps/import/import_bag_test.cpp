@@ -172,6 +172,56 @@ TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
   EXPECT_EQ(done->became.at("/imu"), "not used: no message of it says an orientation");
 }
 
+TEST_F(ImportBag, ReceiversThatDoNotKnowTheirPlaceSayNone) {
+  std::vector<SampleMessage> messages;
+  const auto fix = [&](int i, int status, double latitude, double longitude) {
+    RosWriter out(drivers::RosEncoding::Cdr);
+    out.header(kImported_ns + i * kTenth_ns, "gps").put(static_cast<std::int8_t>(status)).put(std::uint16_t{1});
+    out.put(latitude).put(longitude).put(500.0);
+    for (int k = 0; k < 9; ++k) out.put(0.0);
+    messages.push_back(
+        {"/fix", "sensor_msgs/NavSatFix", kImported_ns + i * kTenth_ns, out.put(std::uint8_t{0}).bytes()});
+    messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  fix(0, -1, 48, 11), fix(1, 0, 0, 0), fix(2, 0, nan, nan), fix(3, -1, 0, 0);
+  for (int i = 4; i < 20; ++i) fix(i, 0, 48, 11);
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/fix"), "sensor pos; 4 positions are without a fix");
+  for (const auto& topic : done->topics) EXPECT_EQ(topic.broken, 0u) << topic.topic.name;
+  EXPECT_LT(metres_of_latitudes(pose()), 0.01);
+}
+
+TEST_F(ImportBag, CloudsOfFramesThatStandAreMaps) {
+  std::vector<SampleMessage> messages;
+  const auto cloud = [&](const std::string& topic, const std::string& frame, std::int64_t ns) {
+    test::CloudMessage made;
+    made.stamp_ns = ns;
+    made.frame = frame;
+    made.fields = {{"x", 0, test::kF32}, {"y", 4, test::kF32}, {"z", 8, test::kF32}, {"time", 12, test::kF32}};
+    made.width = 2, made.point_step = 16;
+    for (const float time : {0.f, 0.09f}) made.put(3.f).put(4.f).put(0.f).put(time);
+    messages.push_back({topic, "sensor_msgs/PointCloud2", ns, made.bytes(drivers::RosEncoding::Cdr)});
+  };
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    RosWriter out(drivers::RosEncoding::Cdr);
+    out.header(ns, "start").text("laser").put(0.0).put(0.1 * i).put(0.0).put(0.0).put(0.0).put(0.0).put(1.0);
+    messages.push_back({"/odometry", "nav_msgs/Odometry", ns, out.bytes()});
+    cloud("/points", "laser", ns);
+    cloud("/registered", "start", ns);
+    cloud("/whole", "car1/global_map", ns);
+  }
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/registered"),
+            "not used: its frame start does not move with the vehicle, so it is a map and no measurement");
+  EXPECT_EQ(done->became.at("/whole"),
+            "not used: its frame car1/global_map does not move with the vehicle, so it is a map and no measurement");
+  EXPECT_TRUE(done->became.at("/points").starts_with("sensor points: ")) << done->became.at("/points");
+}
+
 TEST_F(ImportBag, UsesOrientationsThatStandBehindALaterPosition) {
   std::vector<SampleMessage> messages;
   for (int i = 0; i <= 30; ++i) {
