@@ -55,6 +55,13 @@ std::string cookie_header(const Request& request, const std::string& secret, int
                      request.is_secure ? "; Secure" : "");
 }
 
+/// Returns the token with which a program opens a WebSocket, if it gives one.
+std::optional<std::string> token_of(const Request& request) {
+  constexpr std::string_view kToken = "token=";
+  const std::size_t at = request.query.find(kToken);
+  return at == std::string::npos ? std::nullopt : std::optional(request.query.substr(at + kToken.size(), 64));
+}
+
 Answer file_answer(const fs::path& path, const char* type) {
   std::error_code failed;
   const auto size = fs::file_size(path, failed);
@@ -162,8 +169,9 @@ Answer Api::log_in(const Request& request) {
   const std::string secret = sessions_.begin(*user, now);
   const Session* session = sessions_.find(secret, now);
   Answer out = json_answer({{"name", user->name}, {"role", name(user->role)}, {"csrf", session->csrf}});
-  out.headers["Set-Cookie"] =
-      cookie_header(request, secret, static_cast<int>(std::chrono::seconds(Sessions::kIdle).count()));
+  // The session ends here, when it is not used; its cookie would end while somebody looks at the page.
+  constexpr std::chrono::seconds kCookie = std::chrono::days(400);
+  out.headers["Set-Cookie"] = cookie_header(request, secret, static_cast<int>(kCookie.count()));
   return out;
 }
 
@@ -270,14 +278,12 @@ void Api::post(const Request& request, const Session& session, const Answered& a
 }
 
 std::optional<Client> Api::client_of_socket(const Request& request, Answer& refusal) {
-  constexpr std::string_view kToken = "token=";
-  if (const std::size_t at = request.query.find(kToken); at != std::string::npos) {
-    const std::string token = request.query.substr(at + kToken.size(), 64);
+  if (const auto token = token_of(request)) {
     if (limit_.wait_s(request.address, Sessions::Clock::now()) > 0) {
       refusal = refuse(429, "too many wrong tokens: wait a minute");
       return {};
     }
-    if (const User* user = users().of_token(token)) return Client{user->name, user->role};
+    if (const User* user = users().of_token(*token)) return Client{user->name, user->role};
     limit_.note_failure(request.address, Sessions::Clock::now());
     refusal = refuse(401, "the token is wrong: make one with `hueline-console user token NAME`");
     return {};
@@ -289,6 +295,11 @@ std::optional<Client> Api::client_of_socket(const Request& request, Answer& refu
   if (const Session* session = session_of(request)) return Client{session->name, session->role};
   refusal = users().are_none() ? refuse(503, kNoUsers) : refuse(401, "log in first, or use ?token=");
   return {};
+}
+
+bool Api::may_keep_socket(const Request& opened) {
+  if (const auto token = token_of(opened)) return users().of_token(*token) != nullptr;
+  return session_of(opened) != nullptr;
 }
 
 Answer Api::page_file(const Request& request) const {

@@ -52,6 +52,9 @@ class Api {
   void answer(const Request& request, const Answered& answered);
   /// Returns who may open a WebSocket with this request, or the answer that refuses it.
   std::optional<Client> client_of_socket(const Request& request, Answer& refusal);
+  /// Returns whether who opened a WebSocket with this request may keep it: the token's user or the session is still
+  /// there. The session counts as used, so it does not end while somebody looks at the page.
+  bool may_keep_socket(const Request& opened);
   /// Returns whether the page's origin is this server, or the request has none.
   static bool is_own_origin(const Request& request);
   /// Lets this computer sound an alarm once, for somebody who listens. Empty: this console has no sound.

@@ -11,6 +11,7 @@
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 #include <cctype>
+#include <map>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -34,7 +35,11 @@ struct Server::Shared {
   DriveControl& drive;
   Config config;
   std::size_t connections = 0;
-  std::set<FoxgloveClient*> clients;
+  struct Opened {
+    Wire* wire;
+    Request by;
+  };
+  std::map<FoxgloveClient*, Opened> clients;  // with the requests that have opened their WebSockets
 };
 
 namespace {
@@ -59,7 +64,7 @@ class Socket : public Wire, public std::enable_shared_from_this<Socket<Stream>> 
   Socket(Stream stream, std::shared_ptr<Counted> counted)
       : stream_(std::move(stream)), counted_(std::move(counted)), shared_(counted_->shared) {}
 
-  void run(const http::request<http::string_body>& request, const std::string& protocol) {
+  void run(const http::request<http::string_body>& request, const Request& opened, const std::string& protocol) {
     stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     stream_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
       response.set(http::field::sec_websocket_protocol, protocol);
@@ -67,10 +72,10 @@ class Socket : public Wire, public std::enable_shared_from_this<Socket<Stream>> 
     }));
     stream_.read_message_max(kMostMessage);
     stream_.auto_fragment(false);
-    stream_.async_accept(request, [self = this->shared_from_this()](error_code failed) {
+    stream_.async_accept(request, [self = this->shared_from_this(), opened](error_code failed) {
       if (failed) return;
       self->client_ = std::make_shared<FoxgloveClient>(self->shared_.io, self->shared_.drive, *self);
-      self->shared_.clients.insert(self->client_.get());
+      self->shared_.clients.emplace(self->client_.get(), Server::Shared::Opened{self.get(), opened});
       self->client_->begin();
       self->read();
     });
@@ -212,7 +217,7 @@ class Connection : public std::enable_shared_from_this<Connection<Stream>> {
     if (chosen.empty())
       return answer(refuse(400, "offer the subprotocol foxglove.websocket.v1 or foxglove.sdk.v1"), true);
     beast::get_lowest_layer(stream_).expires_never();
-    std::make_shared<Socket<Stream>>(std::move(stream_), std::move(counted_))->run(parser_->release(), chosen);
+    std::make_shared<Socket<Stream>>(std::move(stream_), std::move(counted_))->run(parser_->release(), request, chosen);
   }
 
   void answer(const Answer& from, bool ends) {
@@ -301,11 +306,19 @@ Status Server::start() {
 
 std::uint16_t Server::port() const { return acceptor_.local_endpoint().port(); }
 
-/// Tells all clients the state, at once and then every two seconds.
+/// Tells all clients the state, at once and then every two seconds, and closes the WebSockets of those who may not look
+/// any more.
 void Server::tell_state() {
-  const std::vector<FoxgloveClient*> clients(shared_->clients.begin(), shared_->clients.end());
-  for (FoxgloveClient* client : clients)
-    if (shared_->clients.contains(client)) client->tell_state();
+  std::vector<FoxgloveClient*> clients;
+  for (const auto& [client, opened] : shared_->clients) clients.push_back(client);
+  for (FoxgloveClient* client : clients) {
+    const auto known = shared_->clients.find(client);
+    if (known == shared_->clients.end()) continue;
+    if (shared_->api.may_keep_socket(known->second.by))
+      client->tell_state();
+    else
+      known->second.wire->close("the session has ended");
+  }
   timer_.expires_after(std::chrono::seconds(2));
   timer_.async_wait([this](error_code failed) {
     if (!failed) tell_state();

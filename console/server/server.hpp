@@ -5,7 +5,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "console/server/api.hpp"

@@ -12,7 +12,9 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 
+#include "console/server/api.hpp"
 #include "console/server/drive_control.hpp"
 #include "console/server/foxglove_client.hpp"
 #include "console/server/places.hpp"
@@ -123,6 +125,38 @@ TEST(Sessions, EndWhenNobodyUsesThem) {
   const std::string last = sessions.begin({"anna", Role::Operator, {}, {}}, begin + 2000s);
   sessions.end(last);
   EXPECT_EQ(sessions.find(last, begin + 2001s), nullptr);
+}
+
+TEST(Api, AWebSocketEndsWithItsUser) {
+  boost::asio::io_context io;
+  const TemporaryFolder folder;
+  const auto file = folder / "users.json";
+  Users users;
+  ASSERT_TRUE(users.add("anna", Role::Operator, "correct horse").ok());
+  ASSERT_TRUE(users.add("bert", Role::Viewer, "battery staple").ok());
+  const auto token = users.make_token("anna");
+  ASSERT_TRUE(users.save(file).ok());
+  DriveControl drive(io, Places{folder.path(), {}, {}, {}});
+  Api api(drive, folder.path(), file, {});
+  Request login{"POST", "/api/login", "", {{"content-type", "application/json"}}, "", "10.0.0.1"};
+  login.body = R"({"name": "anna", "password": "correct horse"})";
+  Answer logged_in;
+  api.answer(login, [&](Answer answer) { logged_in = std::move(answer); });
+  ASSERT_EQ(logged_in.status, 200u) << logged_in.body;
+  const std::string cookie = logged_in.headers["Set-Cookie"];
+  EXPECT_NE(cookie.find("; Max-Age=34560000"), std::string::npos) << "it must not end before the session: " << cookie;
+  const Request page{"GET", "/ws", "", {{"cookie", cookie.substr(0, cookie.find(';'))}}, "", "10.0.0.1"};
+  const Request program{"GET", "/", "token=" + *token, {}, "", "10.0.0.1"};
+  Answer refusal;
+  for (const Request& opened : {page, program}) {
+    ASSERT_TRUE(api.client_of_socket(opened, refusal)) << refusal.body;
+    EXPECT_TRUE(api.may_keep_socket(opened));
+  }
+  const auto before = std::filesystem::last_write_time(file);
+  ASSERT_TRUE(users.remove("anna").ok());
+  ASSERT_TRUE(users.save(file).ok());
+  std::filesystem::last_write_time(file, before + 1s);
+  for (const Request& opened : {page, program}) EXPECT_FALSE(api.may_keep_socket(opened));
 }
 
 TEST(LoginLimit, LetsFiveWrongPasswordsAMinuteThrough) {

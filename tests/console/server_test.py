@@ -243,8 +243,11 @@ try:
         add_user("carl", "operator", "correct horse")
         assert server.log_in("carl", "correct horse")[0] == 200
         assert server.ask("GET", "/api/state")[0] == 200
+        open_page = WebSocket(server.port, Cookie=server.cookie)
         change()
         assert server.ask("GET", "/api/state")[0] == 401
+        open_page.read(5)
+        assert open_page.closed, "a WebSocket of somebody who is logged out"
     server.cookie, server.csrf = anna
     assert server.ask("GET", "/api/state")[0] == 200
     assert subprocess.run(remove, capture_output=True).returncode == 2
