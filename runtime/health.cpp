@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <variant>
@@ -151,7 +150,7 @@ void Health::on_measurement(const Measurement& measurement, const sync::HostCloc
     got(solution->sensor);
   } else if (const auto* edge = std::get_if<PpsEdge>(&measurement)) {
     got(edge->sensor);
-    if (edge->sensor == pps_) last_edge_ = edge->edge;
+    if (edge->sensor == pps_) late_pulses_.on_edge(edge->edge);
   } else if (const auto* wheel = std::get_if<WheelSpeed>(&measurement)) {
     got(wheel->sensor);
   } else if (const auto* status = std::get_if<LaserStatus>(&measurement)) {
@@ -167,40 +166,8 @@ void Health::on_measurement(const Measurement& measurement, const sync::HostCloc
     // The kinds are in the order of their accuracy, but for PPP, which is as good as a fixed ambiguity.
     if (fix->type >= limits_.fix) fix_ok_ = active_;
   } else if (const auto* arrival = std::get_if<TimedArrival>(&measurement)) {
-    if (arrival->sensor == pos_) note_delay(*arrival, clock);
+    if (arrival->sensor == pos_) late_pulses_.on_arrival(*arrival, clock);
   }
-}
-
-/// Notes how long after its own time a message of the POS came: by the clock, or by the last pulse as long as the clock
-/// is not locked. It then lacks the whole seconds.
-void Health::note_delay(const TimedArrival& arrival, const sync::HostClockModel& clock) {
-  Delays& delays = clock.state() == SyncState::Locked ? by_clock_ : by_pulse_;
-  if (&delays == &by_clock_) {
-    const auto stamp = clock.stamp(arrival.received);
-    if (!stamp || !clock.has_fresh_pulse()) return;
-    delays.add((stamp->time - arrival.time + 3 * stamp->sigma).count());
-  } else if (last_edge_) {
-    constexpr std::int64_t kOneSecond = 1'000'000'000;
-    const std::int64_t since = (arrival.received - *last_edge_).count() - count_ns(arrival.time) % kOneSecond;
-    const std::int64_t delay = (since % kOneSecond + kOneSecond) % kOneSecond;
-    delays.add(delay > kOneSecond * 3 / 4 ? delay - kOneSecond : delay);
-  }
-}
-
-void Health::Delays::add(std::int64_t delay_ns) {
-  least[0] = std::min(least[0], delay_ns);
-  ++counts[0];
-}
-
-void Health::Delays::roll() {
-  std::rotate(least.begin(), least.end() - 1, least.end());
-  std::rotate(counts.begin(), counts.end() - 1, counts.end());
-  least[0] = std::numeric_limits<std::int64_t>::max();
-  counts[0] = 0;
-}
-
-bool Health::Delays::are_known() const {
-  return std::ranges::all_of(counts, [](int count) { return count > 0; });
 }
 
 void Health::on_solution(const InsSolution& solution) {
@@ -301,8 +268,7 @@ void Health::advance(HostTime now, std::optional<GpsTime> gps, const sync::HostC
   for (Sensor& sensor : sensors_)
     for (Recent* recent : {&sensor.packets, &sensor.units, &sensor.lost, &sensor.unmatched}) recent->roll();
   for (Recent* recent : {&gaps_, &all_packets_, &points_, &coloured_, &returns_}) recent->roll();
-  by_clock_.roll();
-  by_pulse_.roll();
+  late_pulses_.roll();
 }
 
 void Health::judge(const sync::HostClockModel& clock) {
@@ -434,28 +400,13 @@ void Health::judge_clock(const sync::HostClockModel& clock) {
   judge_pulses();
 }
 
-/// A message cannot arrive before its own time, and takes less than three quarters of a second. The pulses of an
-/// inverted PPS are always late by the same, but a computer that is too busy gets its messages late by this and by
-/// that.
 void Health::judge_pulses() {
-  constexpr std::int64_t kSteady = 100'000'000;
-  HealthLevel level = HealthLevel::Ok;
-  std::int64_t late = 0;
-  if (by_clock_.are_known()) {
-    const auto [shortest, longest] = std::ranges::minmax_element(by_clock_.least);
-    const std::int64_t least = *shortest;
-    if (least < -500'000 || (least > 750'000'000 && *longest - least < kSteady)) level = HealthLevel::Alarm;
-    late = least < 0 ? -least : 1'000'000'000 - least;
-  } else if (!was_locked_ && by_pulse_.are_known()) {
-    // The most in each half second, so that a single wrong edge does not count.
-    const std::int64_t least = *std::ranges::max_element(by_pulse_.least);
-    if (least < -2'000'000) level = HealthLevel::Waiting;
-    late = -least;
-  }
-  set(pps_, Trouble::LatePulses, level, active_,
+  const auto found = late_pulses_.judge(was_locked_);
+  const HealthLevel bad = found && found->is_certain ? HealthLevel::Alarm : HealthLevel::Waiting;
+  set(pps_, Trouble::LatePulses, found ? bad : HealthLevel::Ok, active_,
       fmt::format(
           "by the pulses, messages of the POS come before their own time: the pulses are {:.0f} ms late or more",
-          static_cast<double>(late) * 1e-6),
+          found ? to_seconds(found->late) * 1e3 : 0),
       "is the PPS inverted? check edge: of the rig and the receiver's settings of its pulse");
 }
 

@@ -11,6 +11,7 @@
 #include "core/packet.hpp"
 #include "core/stamped.hpp"
 #include "runtime/disk_outlook.hpp"
+#include "runtime/late_pulses.hpp"
 #include "sync/host_clock_model.hpp"
 
 namespace hueline::runtime {
@@ -131,14 +132,6 @@ class Health {
     std::array<std::uint64_t, 20> slots_{};
     std::size_t at_ = 0;
   };
-  /// The smallest delay of the POS's messages in each of the last half seconds, ns.
-  struct Delays {
-    std::array<std::int64_t, 5> least{};
-    std::array<int, 5> counts{};
-    void add(std::int64_t delay_ns);
-    void roll();
-    bool are_known() const;
-  };
   struct State {
     HealthLevel level = HealthLevel::Ok;
     std::size_t episode = 0;  ///< its index if level is not Ok
@@ -168,7 +161,6 @@ class Health {
   void judge_connection(SensorId id, Sensor& sensor);
   void judge_data(SensorId id, Sensor& sensor);
   void judge_camera(SensorId id, Sensor& sensor);
-  void note_delay(const TimedArrival& arrival, const sync::HostClockModel& clock);
   void judge_clock(const sync::HostClockModel& clock);
   void judge_pulses();
   void judge_pos(SensorId id, Sensor& sensor);
@@ -194,8 +186,7 @@ class Health {
   std::optional<nanoseconds> last_point_, returns_since_, last_return_;
   bool was_locked_ = false, was_ready_ = false;
   nanoseconds locked_at_{0};
-  std::optional<HostTime> last_edge_;
-  Delays by_clock_, by_pulse_;
+  LatePulses late_pulses_;
   std::optional<nanoseconds> first_solution_, last_good_, pose_ok_, last_sigma_;
   std::uint32_t status_ = 0;
   double pose_sigma_m_ = 0;
