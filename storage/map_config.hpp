@@ -12,10 +12,10 @@ struct MapConfig {
   /// or "EPSG:n+m" (a projected CRS and a vertical one).
   std::string crs = "utm";
   /// The CRS of the POS's positions, "EPSG:n", a geographic one; empty: the one of the map's own datum.
-  std::string datum;
+  std::string datum{};
   double epoch = 0;         ///< of the POS's positions, decimal year; 0: the time of the drive
   double accuracy_m = 0.1;  ///< largest stated error of an operation between datums
-  std::string geoid;        ///< file of a grid of geoid heights; empty: heights are those of `crs`
+  std::string geoid{};      ///< file of a grid of geoid heights; empty: heights are those of `crs`
 
   void visit(Keys& keys);
   KeyError validate() const;

@@ -15,7 +15,7 @@ namespace hueline::apps {
 
 /// The images of one topic.
 struct CameraTopic {
-  std::string format, frame;            ///< of the first image that can be read
+  std::string format{}, frame{};        ///< of the first image that can be read
   std::uint32_t width = 0, height = 0;  ///< px; 0: none can be read
   bool is_grey = false, is_compressed = false;
   std::uint64_t images = 0;     ///< messages
@@ -25,7 +25,7 @@ struct CameraTopic {
   unsigned used_bits = 0;  ///< of samples with 16 bits, of all images; 0: the samples have 8
   /// How many bits the samples have to be raised: those of a camera with 10, 12 or 14 bits are stored in 16.
   unsigned raised_bits() const { return used_bits == 0 ? 0 : empty_bits(used_bits); }
-  std::string why;        ///< why its images cannot be read
+  std::string why{};      ///< why its images cannot be read
   bool has_lens = false;  ///< the recording says its lens, and the model is read
 };
 

@@ -14,13 +14,13 @@ namespace hueline::apps {
 
 /// What import_bag() reads.
 struct ImportOptions {
-  std::string bag;                  ///< rosbag::open_bag()
-  std::filesystem::path out;        ///< folder of the drive
-  std::optional<Geodetic> origin;   ///< of the local coordinates of nav_msgs/Odometry
-  std::string map;                  ///< whose coordinates these are, "EPSG:32632"; with an origin they count from there
-  std::vector<std::string> clouds;  ///< topics of the point clouds that are taken; empty: the best of each frame
-  std::vector<std::string> images;  ///< topics of the images that are taken; empty: the best (choose_cameras())
-  std::vector<std::string> poses;   ///< topics that the pose is taken from; empty: the best (choose_pose())
+  std::string bag{};                 ///< rosbag::open_bag()
+  std::filesystem::path out{};       ///< folder of the drive
+  std::optional<Geodetic> origin{};  ///< of the local coordinates of nav_msgs/Odometry
+  std::string map{};  ///< whose coordinates these are, "EPSG:32632"; with an origin they count from there
+  std::vector<std::string> clouds{};  ///< topics of the point clouds that are taken; empty: the best of each frame
+  std::vector<std::string> images{};  ///< topics of the images that are taken; empty: the best (choose_cameras())
+  std::vector<std::string> poses{};   ///< topics that the pose is taken from; empty: the best (choose_pose())
 };
 
 /// What import_bag() made.

@@ -39,7 +39,9 @@ Bytes wild_old_records(const LazRecord& kind, std::size_t count, unsigned seed) 
     const std::span<std::byte> r = std::span(records).subspan(i * kind.size, kind.size);
     const auto n = static_cast<double>(i);
     put(r, 0, often(900) ? static_cast<std::int32_t>(random()) : static_cast<std::int32_t>(1e5 * std::sin(n * 0.01)));
-    put(r, 4, often(900) ? INT32_MIN : static_cast<std::int32_t>(3e5 * std::cos(n * 0.003) + random() % 9));
+    put(r, 4,
+        often(900) ? INT32_MIN
+                   : static_cast<std::int32_t>(3e5 * std::cos(n * 0.003)) + static_cast<std::int32_t>(random() % 9));
     put(r, 8, static_cast<std::int32_t>(random() % 5000) - 2500);
     put(r, 12, static_cast<std::uint16_t>(often(4) ? random() : 700));
     const unsigned returns = 1 + static_cast<unsigned>(random()) % 5;
@@ -77,7 +79,9 @@ Bytes wild_records(const LazRecord& kind, std::size_t count, unsigned seed) {
     const std::span<std::byte> r = std::span(records).subspan(i * kind.size, kind.size);
     const auto n = static_cast<double>(i);
     put(r, 0, often(900) ? static_cast<std::int32_t>(random()) : static_cast<std::int32_t>(1e5 * std::sin(n * 0.01)));
-    put(r, 4, often(900) ? INT32_MIN : static_cast<std::int32_t>(3e5 * std::cos(n * 0.003) + random() % 9));
+    put(r, 4,
+        often(900) ? INT32_MIN
+                   : static_cast<std::int32_t>(3e5 * std::cos(n * 0.003)) + static_cast<std::int32_t>(random() % 9));
     put(r, 8, static_cast<std::int32_t>(random() % 5000) - 2500);
     put(r, 12, static_cast<std::uint16_t>(random() % 256 * 257));
     const unsigned returns = 1 + static_cast<unsigned>(random()) % 5;
@@ -108,7 +112,9 @@ TEST(LazChunk, GivesBackEveryRecordOfEveryFormat) {
       const auto decoded = decode_laz_chunk(chunk, kind, count, back);
       ASSERT_TRUE(decoded) << decoded.error().message;
       EXPECT_TRUE(back == records) << "format " << kind.format << ", " << kind.size << " bytes, " << count << " points";
-      if (count > 1) EXPECT_EQ(*decoded, chunk.size());
+      if (count > 1) {
+        EXPECT_EQ(*decoded, chunk.size());
+      }
       if (!kind.is_layered()) continue;
       const LazChunkSize size = measure_laz_chunk(chunk, kind);
       EXPECT_EQ(size.points, count);
@@ -144,7 +150,9 @@ TEST(LazChunk, ADamagedChunkIsAnErrorOrOtherPoints) {
     for (int i = 0; i < 300; ++i) {
       Bytes damaged = whole;
       for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = static_cast<std::byte>(random());
-      if (decode_laz_chunk(damaged, kind, kind.is_layered() ? 1000 : 700, back)) EXPECT_EQ(back.size() % kind.size, 0u);
+      if (decode_laz_chunk(damaged, kind, kind.is_layered() ? 1000 : 700, back)) {
+        EXPECT_EQ(back.size() % kind.size, 0u);
+      }
       // The last two or three bytes of a coder are zeros, as are bytes that are not there.
       damaged.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(random() % (whole.size() - 4)));
       EXPECT_FALSE(decode_laz_chunk(damaged, kind, 700, back)) << "cut to " << damaged.size() << " bytes";

@@ -23,7 +23,7 @@ double convergence_of(const std::string& crs, const Geodetic& at) {
   return proj_factors(map.get(), proj_coord(at.longitude, at.latitude, 0, 0)).meridian_convergence;
 }
 
-struct Place {
+struct MapCase {
   const char* crs;
   double latitude_deg, longitude_deg, height_m = 100;
 };
@@ -31,7 +31,7 @@ struct Place {
 TEST(MapInverse, FindsThePlacesOfCoordinates) {
   // Zones of both hemispheres, one at the equator and one at the antimeridian, cones, an oblique cylinder, and heights
   // above a geoid.
-  const std::vector<Place> places{
+  const std::vector<MapCase> places{
       {"EPSG:32632", 50, 11.9},    {"EPSG:32734", -33.9, 18.4, 20}, {"EPSG:32648", 1.3, 103.8},
       {"EPSG:32760", -17, 179.99}, {"EPSG:25832", 47.5, 6.1},       {"EPSG:2154", 43.6, 3.9},
       {"EPSG:2056", 46.5, 6.6},    {"EPSG:3857", 48, 11},           {"EPSG:32613+5773", 40, -105.2}};

@@ -68,7 +68,8 @@ CloudBlock street(double exposure_s, ColourState state = ColourState::Direct) {
 }
 
 void write_cloud(const std::filesystem::path& path, const CloudBlock& block) {
-  auto writer = LasWriter::create(path, block.origin, {});
+  const LasWriter::Config as_it_is;  // g++ 12 warns of a temporary one
+  auto writer = LasWriter::create(path, block.origin, as_it_is);
   EXPECT_TRUE(writer && writer->append(block) && writer->close());
 }
 
