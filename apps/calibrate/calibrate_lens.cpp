@@ -244,6 +244,10 @@ void add_calibrate_lens(Command& calibrate) {
   command.option("--out", options->out,
                  "folder for lens.yaml (for the rig file or hueline colour), lens.json and lens.html");
   command.reads(options->images).writes_into(options->out);
+  command.footer(
+      "Example: hueline calibrate lens views --board chessboard --size 9x6 --spacing-m 0.03 --out lens\n"
+      "Exit status: 0; 3 if an image cannot be read; 5 if no board was found.\n"
+      "More: docs/calibration.md");
   command.runs([options] { return run(*options); });
 }
 

@@ -299,6 +299,10 @@ void add_calibrate_mount(Command& calibrate) {
   // One way of the three.
   command.excludes("--points", "--image").excludes("--points", "--recording").excludes("--points", "--scenario");
   command.excludes("--image", "--recording").excludes("--image", "--scenario");
+  command.footer(
+      "Example: hueline calibrate mount --rig rig.yaml --recording drives/today --out mount\n"
+      "Exit status: 0; 3 if an input cannot be read; 5 if the mounting cannot be determined.\n"
+      "More: docs/calibration.md");
   command.runs([options] { return calibrate_mount(*options); });
 }
 

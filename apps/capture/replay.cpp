@@ -243,6 +243,11 @@ void add_replay(Command& all) {
   command.needs("--junit", "--expect").excludes("--write-expect", "--expect");
   command.reads(options->recording).reads(options->rig).reads(options->expect).writes_into(options->out);
   command.writes(options->junit).writes(options->write_expect);
+  command.footer(
+      "Example: hueline replay drives/today --rig better.yaml --out again\n"
+      "Exit status: 0; 3 if the recording could be read only in part; 6 if --expect is not met; 8 if the verdict is to "
+      "drive again.\n"
+      "More: docs/operating.md");
   command.runs([options] { return replay(*options); });
 }
 

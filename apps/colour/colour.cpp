@@ -230,6 +230,10 @@ void add_colour(Command& all) {
       "write compare.jpg, too: the cloud without (left) and with the test of visibility, from beside the lens");
   command.required("--out", options->out, "folder for cloud.las and overlay.png");
   command.reads(options->image).reads(options->cloud).reads(options->calibration).writes_into(options->out);
+  command.footer(
+      "Example: hueline colour shot.jpg shot.pcd calibration.yaml --out coloured\n"
+      "Exit status: 0; 3 if an input cannot be read; 5 if no point is in the image.\n"
+      "More: docs/colour.md");
   command.runs([options] { return colour(*options); });
 }
 

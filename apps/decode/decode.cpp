@@ -153,6 +153,10 @@ void add_decode(Command& all) {
                  "for a scanner that counts within the hour and names no hour: a UTC time within half an hour of the "
                  "first datagram, or the word arrivals to believe the capture file's own times");
   command.reads(options->capture).reads(options->calibration).writes(options->out);
+  command.footer(
+      "Example: hueline decode street.pcap --out street.las\n"
+      "Exit status: 0; 3 if the capture is damaged, or has scanners that are not known; 5 if it has no point.\n"
+      "More: docs/operating.md");
   command.runs([options] { return decode(*options); });
 }
 

@@ -94,7 +94,11 @@ void add_import(Command& all) {
   command.footer(
       "Datagrams of scanners are taken as they are; images and poses become packets of devices that hueline knows. The "
       "table says what each topic became. Then complete DRIVE/rig.yaml and run: hueline replay DRIVE --rig "
-      "DRIVE/rig.yaml");
+      "DRIVE/rig.yaml\n"
+      "Example: hueline import street.bag --out street --map EPSG:32632\n"
+      "Exit status: 0; 2 if a topic or the map cannot be used; 3 if the recording could be read only in part, or "
+      "nothing of it can be used; 5 if it gives no packet.\n"
+      "More: docs/operating.md");
   command.runs([options] { return import_recording(*options); });
 }
 

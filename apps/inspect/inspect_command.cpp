@@ -16,6 +16,10 @@ void add_inspect(Command& all) {
   command.required("FILE", options->path, "a file of hueline or of a device, or a drive's folder");
   command.option("--dbc", options->dbc, "a DBC file: says what the signals in a log of a CAN bus were");
   command.flag("--json", options->json, "print JSON, for programs");
+  command.footer(
+      "Example: hueline inspect drives/today/drive.mcap\n"
+      "Exit status: 0; 2 if a rig is wrong; 3 if the file is not known, or could be read only in part.\n"
+      "More: docs/operating.md");
   command.runs([options] {
     const Inspection inspection = inspect_file(options->path, drivers::device_types(), options->dbc);
     if (!inspection.may_be_scenario) return show(inspection, options->json);

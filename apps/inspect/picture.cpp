@@ -144,6 +144,10 @@ void add_picture(Command& all) {
   command.setting("--seconds", options->drive_s, "duration of the drive that the moving picture shows, s", {0.5, 60});
   command.setting("--speed", options->speed, "speed of the moving picture, as a multiple of the drive's", {0.5, 20});
   command.reads(options->cloud).writes(options->above).writes(options->street).writes(options->moving);
+  command.footer(
+      "Example: hueline picture drives/today/cloud.las --above above.png --street street.png\n"
+      "Exit status: 0; 3 if the cloud cannot be read; 4 if a picture cannot be written.\n"
+      "More: docs/operating.md");
   command.runs([options] { return picture(*options); });
 }
 

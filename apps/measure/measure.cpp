@@ -164,6 +164,10 @@ void add_measure(Command& all) {
                   {.least = 0, .most = 10});
   command.option("--out", options->out, "CSV file to write; default: print it");
   command.reads(options->picks).reads(options->panoramas).writes(options->out);
+  command.footer(
+      "Example: hueline measure drives/today --picks picks.csv --out objects.csv\n"
+      "Exit status: 0; 3 if an input cannot be read, or only in part; 5 if nothing could be measured.\n"
+      "More: docs/calibration.md");
   command.runs([options] { return measure(*options); });
 }
 

@@ -224,6 +224,11 @@ void add_panorama(Command& all) {
   command.setting("--threads", options->threads, "number of threads; the pictures do not depend on it",
                   {.least = 1, .most = 64});
   command.writes_into(options->out);
+  command.footer(
+      "Example: hueline panorama drives/today --exposures every:10 --out panoramas\n"
+      "Exit status: 0; 3 if the recording could be read only in part; 5 if an exposure is not there, or none was "
+      "made.\n"
+      "More: docs/panorama.md");
   command.runs([options] { return panorama(*options); });
 }
 

@@ -190,6 +190,10 @@ void add_score(Command& all) {
                   {0, 256});
   command.reads(options->sheet).reads(options->against).reads(options->recording).reads(options->rig);
   command.writes_into(options->out);
+  command.footer(
+      "Example: hueline score --sheet quick --out out/score --against docs/score/quick.json\n"
+      "Exit status: 0; 3 if an input cannot be read; 6 if a figure is worse than that of --against.\n"
+      "More: docs/score.md");
   command.runs([options] {
     if (options->recording.empty() && !options->rig.empty())
       throw config::ConfigError("--rig is the rig of a recording: give --recording too");

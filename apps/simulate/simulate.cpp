@@ -303,6 +303,10 @@ void add_simulate(Command& all) {
       .writes(options->clocks_file)
       .writes(options->trajectory_file)
       .writes(options->sights_file);
+  command.footer(
+      "Example: hueline simulate street --out drives/street\n"
+      "Exit status: 0; 2 if the scenario is wrong; 4 if the output cannot be written.\n"
+      "More: docs/scenario.md");
   command.runs([options] { return simulate(*options); });
 }
 
