@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/exit_code.hpp"
+#include "apps/export/drive_path.hpp"
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
@@ -23,7 +24,7 @@
 namespace hueline::apps {
 namespace {
 
-/// Returns the times at which the strips of a drive end, by the path that its POS gave.
+/// Returns the times at which the strips of a drive end, by its path.
 Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double length_m) {
   auto recording = runtime::Recording::open(words.drive, words.rig);
   if (!recording.ok())
@@ -31,14 +32,13 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
                                              " (strips by distance need the drive's folder or its recording, because "
                                              "a cloud does not hold the path)"};
   products::PathStrips path(length_m);
-  const Status read = runtime::for_each_solution(
-      recording->rig, [&](const auto& take) { return recording->for_each(take); },
-      [&](const InsSolution& solution) {
-        if (!solution.is_good) return;
-        const Eigen::Vector3d p = to_ecef(solution.position).xyz;
-        path.add(solution.time, {p.x(), p.y(), p.z()});
-      });
-  if (!read.ok()) log_warning("{}: the path is known as far as the recording is whole", read.error().message);
+  const auto read = for_each_of_path(words.trajectory, *recording, [&](const InsSolution& solution) {
+    if (!solution.is_good) return;
+    const Eigen::Vector3d p = to_ecef(solution.position).xyz;
+    path.add(solution.time, {p.x(), p.y(), p.z()});
+  });
+  if (!read.ok()) return read.error();
+  if (!read->ok()) log_warning("{}: the path is known as far as its files are whole", read->error().message);
   return path.ends();
 }
 
@@ -110,7 +110,7 @@ class LazProfile : public ExportProfile {
     return name.ends_with(ending()) && !name.ends_with(".copc.laz");
   }
   bool splits() const override { return true; }
-  bool uses_rig(const ExportWords& words) const override { return words.split.starts_with("distance"); }
+  bool reads_recording(const ExportWords& words) const override { return words.split.starts_with("distance"); }
 
   int run(const ExportWords& words) override {
     products::CloudExport config;

@@ -27,6 +27,7 @@ struct Export {
   ExportWords words;
   std::string profile = "laz";
   std::map<std::string, std::string> owners;  // of options, the profile that alone has it
+  std::vector<std::string> of_recording;      // options of the profiles that read the recording
   std::vector<std::unique_ptr<ExportProfile>> profiles = export_profiles();
 
   /// Returns what was asked of the profile that it cannot do; empty if nothing was. Done without it, the file would not
@@ -37,10 +38,11 @@ struct Export {
         return fmt::format("{} is of the profile {}, and the profile is {}", option, owner, profile);
     if (!words.split.empty() && !chosen.splits())
       return fmt::format("--split: the profile {} does not split; laz and copc do", profile);
-    if (!words.rig.empty() && !chosen.uses_rig(words))
-      return fmt::format(
-          "--rig: the profile {} writes the cloud as it is; `hueline replay --rig` makes it again with another rig",
-          profile);
+    if (!chosen.reads_recording(words))
+      for (const std::string& option : of_recording)
+        if (command.is_given(option))
+          return fmt::format("{}: the profile {} writes the cloud as it is; `hueline replay {}` makes it again", option,
+                             profile, option);
     std::string name = words.out;
     for (char& letter : name)
       if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
@@ -90,13 +92,20 @@ void add_export(Command& all) {
   command.option("--split", data->words.split,
                  "laz, copc: parts of the cloud in the folder --out: strips of the drive (time:60s, distance:500m) or "
                  "tiles of the map (tile:100m)");
+  const auto added_since = [&command](std::size_t before) {
+    auto all_now = command.options();
+    all_now.erase(all_now.begin(), all_now.begin() + static_cast<std::ptrdiff_t>(before));
+    return all_now;
+  };
+  const std::size_t common = command.options().size();
   command.option("--rig", data->words.rig, "images, trajectory, distance: rig file to use instead of the recorded one")
       .reads(data->words.rig);
+  data->words.trajectory.declare(command, "images, trajectory, distance: ");
+  data->of_recording = added_since(common);
   for (const auto& one : data->profiles) {
     const std::size_t before = command.options().size();
     one->declare(command);
-    const auto all_now = command.options();
-    for (std::size_t i = before; i < all_now.size(); ++i) data->owners[all_now[i]] = one->word();
+    for (const std::string& option : added_since(before)) data->owners[option] = one->word();
   }
   command.footer(footer);
   command.runs([data, command] { return data->run(command); });

@@ -11,7 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/capture/trajectory_options.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
@@ -94,7 +93,6 @@ class ImagesProfile : public ExportProfile {
     command.setting("--quality", quality_, "images: quality of JPEG pictures", {.least = 1, .most = 100});
     command.setting("--points", points_, "images: most points of the cloud that are written with the poses",
                     {.least = 0, .most = 10'000'000});
-    trajectory_.declare(command, "images: ");
   }
 
   int run(const ExportWords& words) override {
@@ -110,7 +108,7 @@ class ImagesProfile : public ExportProfile {
     const config::Rig& rig = recording->rig;
     if (rig.geometry.head.lenses.empty())
       throw config::ConfigError("the rig has no camera head: there are no images to write");
-    const auto trajectory = trajectory_.open(words.drive, words.rig);
+    const auto trajectory = words.trajectory.open(words.drive, words.rig);
     if (!trajectory.ok()) {
       log_error(trajectory.error().message);
       return opening_status(trajectory.error());
@@ -183,7 +181,6 @@ class ImagesProfile : public ExportProfile {
   std::string exposures_ = "all", lens_ = "recorded", format_ = "jpeg";
   double from_s_ = std::nan(""), to_s_ = std::nan("");
   int quality_ = 95, points_ = 200'000;
-  TrajectoryOptions trajectory_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/capture/trajectory_options.hpp"
 #include "apps/command_line.hpp"
 
 namespace hueline::apps {
@@ -15,6 +16,7 @@ struct ExportWords {
   std::string out;
   std::string split;  ///< how a cloud is cut; empty: it is not
   int threads = 2;
+  TrajectoryOptions trajectory;  ///< calculated after the drive, to be used in place of the POS's solutions
 };
 
 /// A kind of file, or of a folder of files, that `hueline export` writes. A new one is a class in a file of its own and
@@ -34,7 +36,8 @@ class ExportProfile {
   /// Returns whether a file of this name, in small letters, is what the profile writes.
   virtual bool is_name(const std::string& name) const { return name.ends_with(ending()); }
   virtual bool splits() const { return false; }  ///< ExportWords::split is of use
-  virtual bool uses_rig(const ExportWords& words) const {
+  /// Reads the drive's recording: ExportWords::rig and trajectory are of use.
+  virtual bool reads_recording(const ExportWords& words) const {
     (void)words;
     return true;
   }

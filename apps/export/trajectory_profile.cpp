@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/exit_code.hpp"
+#include "apps/export/drive_path.hpp"
 #include "apps/export/profile.hpp"
 #include "apps/log.hpp"
 #include "products/trajectory_export.hpp"
@@ -31,7 +32,8 @@ class TrajectoryProfile : public ExportProfile {
  public:
   const char* word() const override { return "trajectory"; }
   const char* help() const override {
-    return "the POS's solutions; the ending of --out says how: .out or .sbet (SBET, with .smrmsg beside it), .csv, "
+    return "the POS's solutions, or those of --trajectory; the ending of --out says how: .out or .sbet (SBET, with "
+           ".smrmsg beside it), .csv, "
            ".gpx, .kml, .geojson";
   }
 
@@ -65,9 +67,13 @@ class TrajectoryProfile : public ExportProfile {
                                   [&](const products::TrajectoryRow& row) {
                                     if (written.ok()) written = (*file)->add(row);
                                   });
-    const Status read = runtime::for_each_solution(
-        recording->rig, [&](const auto& take) { return recording->for_each(take); },
-        [&](const InsSolution& solution) { rows.add(solution); });
+    const auto opened =
+        for_each_of_path(words.trajectory, *recording, [&](const InsSolution& solution) { rows.add(solution); });
+    if (!opened.ok()) {
+      log_error(opened.error().message);
+      return opening_status(opened.error());
+    }
+    const Status& read = *opened;
     rows.finish();
     if (const Status closed = (*file)->close(); written.ok()) written = closed;
     if (!written.ok()) {

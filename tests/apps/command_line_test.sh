@@ -94,7 +94,7 @@ told 2 "c.ply: the profile laz writes a file that ends in .laz; is --profile ply
 told 2 "c.copc.LAZ: the profile laz .*is --profile copc meant\?" export drive --out c.copc.LAZ
 told 2 "c.las: the profile ply writes a file that ends in .ply$" export drive --profile ply --out c.las
 told 2 "--lens is of the profile images, and the profile is laz" export drive --out c.laz --lens pinhole
-told 2 "--trajectory is of the profile images, and the profile is trajectory" export drive --profile trajectory --out t.csv --trajectory t.sbet
+told 2 "--trajectory: the profile laz writes the cloud as it is; .hueline replay --trajectory. makes it again" export drive --out c.laz --trajectory t.sbet
 told 2 "--split: the profile trajectory does not split" export drive --profile trajectory --out t.csv --split time:60s
 told 2 "--rig: the profile laz writes the cloud as it is" export drive --out c.laz --rig file.yaml
 [ -z "$(ls c.* t.* 2>/dev/null)" ] || fail "a refused export wrote $(ls c.* t.*)"

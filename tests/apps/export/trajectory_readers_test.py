@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Has GDAL read the trajectory that `hueline export --profile trajectory` wrote for maps, and compares it with the CSV file, each pose with its own.
+Then exports the path that post-processing gave: trajectory and strips by distance follow it.
 
 usage: trajectory_readers_test.py HUELINE IMAGE_PROOF
 """
-import csv, datetime, json, os, subprocess, sys, tempfile
+import csv, datetime, json, math, os, struct, subprocess, sys, tempfile
 
 HUELINE, PROOF = (os.path.abspath(path) for path in sys.argv[1:3])
 SCENARIO = """seed: 5
@@ -11,6 +12,7 @@ duration_s: 3
 drive: {stand_s: 0, accelerate_s: 0.5, speed: 6}
 camera: {rate_hz: 2, lens_width: 64, lens_height: 54}
 """
+SHIFTED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "shifted_sbet.py")
 DEGREE_M = 111_320  # of latitude; of longitude it is less
 
 
@@ -39,6 +41,36 @@ def same_time(name, text, row):
     off = datetime.datetime.fromisoformat(text) - datetime.datetime.fromisoformat(wanted)
     if abs(off.total_seconds()) > 1e-3:
         sys.exit(f"FAILED: {name} has {text}, and the CSV file {wanted}")
+
+
+def check_post_processed(rows):
+    """Exports the drive by a trajectory that lies 2e-7 rad farther north, and by one that goes to and fro at each record."""
+    export = (HUELINE, "export", "drive", "--profile")
+    run(HUELINE, "simulate", "short.yaml", "--out", "sim", "--trajectory", "true.sbet")
+    run(sys.executable, SHIFTED, "true.sbet", "shifted.sbet", "2e-7", "0")
+    said = run(*export, "trajectory", "--rate", "10", "--out", "post.csv", "--trajectory", "shifted.sbet")
+    if "shifted.sbet in place of the POS's solutions" not in said:
+        sys.exit("FAILED: the trajectory is not compared with the POS: " + said)
+    post = {row["gps_second"]: row for row in csv.DictReader(open("post.csv"))}
+    both = [(row, post[row["gps_second"]]) for row in rows if row["gps_second"] in post]
+    if len(both) < len(rows) - 2:
+        sys.exit(f"FAILED: {len(both)} of the {len(rows)} poses of the POS are in the trajectory of post-processing")
+    north = [math.radians(float(b["latitude_deg"]) - float(a["latitude_deg"])) for a, b in both]
+    if abs(sum(north) / len(north) - 2e-7) > 2e-8:
+        sys.exit(f"FAILED: post-processed poses lie {sum(north) / len(north)} rad north of the POS's, not 2e-7")
+
+    with open("true.sbet", "rb") as source, open("fro.sbet", "wb") as out:
+        for i, record in enumerate(struct.Struct("<17d").iter_unpack(source.read())):
+            out.write(struct.pack("<17d", record[0], record[1] + (i % 2) * 1e-7, *record[2:]))
+    run(HUELINE, "replay", "drive", "--out", "drive")
+    strips = []
+    for name, more in (("pos", ()), ("post", ("--trajectory", "fro.sbet"))):
+        run(*export, "laz", "--split", "distance:5m", "--out", name, *more)
+        strips.append(sum(file.endswith(".laz") for file in os.listdir(name)))
+    # A second of the drive is 6 m for the POS, and at least 200 steps of 0.6 m for the other.
+    if not 2 <= strips[0] <= 5 or strips[1] < 4 * strips[0]:
+        sys.exit(f"FAILED: {strips[0]} strips by the POS's path and {strips[1]} by one that is ten times as long")
+    print(f"post-processing: {len(both)} poses {sum(north) / len(north):.2e} rad farther north; {strips[1]} strips in place of {strips[0]}")
 
 
 def main():
@@ -82,6 +114,7 @@ def main():
             if abs(feature["properties"][angle] - float(row[angle])) > 1e-4:
                 sys.exit(f"FAILED: GeoJSON has {feature['properties']}, and the CSV file {row}")
     print(f"GDAL reads {len(rows)} poses from GPX, KML and GeoJSON as they are in the CSV file")
+    check_post_processed(rows)
 
 
 with tempfile.TemporaryDirectory() as work:
