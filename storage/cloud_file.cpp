@@ -149,6 +149,19 @@ std::size_t row_length(std::span<const float> values) {
   return best;
 }
 
+/// Returns the header of rows of `columns` floating-point numbers of `size` bytes, in a file that names no columns.
+PcdHeader header_of_rows(std::size_t columns, std::size_t size) {
+  PcdHeader header;
+  header.encoding = PcdEncoding::Binary;
+  header.fields = {"x", "y", "z", "intensity"};
+  header.fields.resize(std::min(columns, header.fields.size()));
+  while (header.fields.size() < columns) header.fields.push_back(fmt::format("column_{}", header.fields.size() + 1));
+  header.sizes.assign(columns, size);
+  header.counts.assign(columns, 1);
+  header.types.assign(columns, 'F');
+  return header;
+}
+
 Result<PcdCloud> read_las_cloud(const std::string& path) {
   auto reader = LasReader::open(path);
   if (!reader.ok()) return reader.error();
@@ -196,13 +209,8 @@ Result<PcdCloud> decode_float_rows(std::span<const std::byte> bytes, const std::
                  fmt::format("{}: its {} bytes are no rows of 3 to 6 float32 (x, y, z, intensity, "
                              "ring or others)",
                              name, bytes.size())};
-  PcdHeader header;
-  header.encoding = PcdEncoding::Binary;
-  header.fields = {"x", "y", "z", "intensity", has_rings(values) ? "ring" : "column_5", "column_6"};
-  header.fields.resize(columns);
-  header.sizes.assign(columns, sizeof(float));
-  header.counts.assign(columns, 1);
-  header.types.assign(columns, 'F');
+  PcdHeader header = header_of_rows(columns, sizeof(float));
+  if (has_rings(values)) header.fields[4] = "ring";
   header.points = values.size() / columns;
   for (std::size_t i = 0; i < values.size(); i += columns)
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -230,24 +238,18 @@ Result<PcdCloud> decode_npy(std::span<const std::byte> bytes, const std::string&
   numbers.erase(std::min(numbers.find(')'), numbers.size()));
   std::ranges::replace(numbers, ',', ' ');
   const auto words = pcd_words(numbers);
-  PcdHeader table;
-  std::size_t columns = 0;
+  std::size_t points = 0, columns = 0;
   if ((!is_float32 && header.find("'<f8'") == std::string_view::npos) ||
       header.find("'fortran_order': False") == std::string_view::npos || words.size() != 2 ||
-      !parse_pcd_number(words[0], table.points) || !parse_pcd_number(words[1], columns) || columns < kFewest ||
+      !parse_pcd_number(words[0], points) || !parse_pcd_number(words[1], columns) || columns < kFewest ||
       columns > kMost)
     return Error{
         ErrorCode::Unsupported,
         fmt::format("{}: a NumPy array of this kind is not read: {}; a row for each point is wanted, x, y, z and "
                     "what follows, of float32 or float64 in C's order",
                     name, header.substr(0, std::min(header.find_last_not_of(" \n") + 1, std::size_t{200})))};
-  table.encoding = PcdEncoding::Binary;
-  table.fields = {"x", "y", "z", "intensity"};
-  table.fields.resize(std::min(columns, table.fields.size()));
-  while (table.fields.size() < columns) table.fields.push_back(fmt::format("column_{}", table.fields.size() + 1));
-  table.sizes.assign(columns, is_float32 ? sizeof(float) : sizeof(double));
-  table.counts.assign(columns, 1);
-  table.types.assign(columns, 'F');
+  PcdHeader table = header_of_rows(columns, is_float32 ? sizeof(float) : sizeof(double));
+  table.points = points;
   table.data_begin = 8 + width + length;
   return decode_points(table, bytes, name);
 }
