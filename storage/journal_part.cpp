@@ -82,13 +82,12 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   return result;
 }
 
-Status check_begin(const std::filesystem::path& path, double from_s) {
+Status check_begin(JournalReader& journal, double from_s) {
+  const std::filesystem::path& path = journal.segments().front().path;
   if (from_s <= 0 || is_address(path)) return {};
-  const auto journal = JournalReader::open(path);
-  if (!journal.ok()) return {};  // who reads it will say why
-  const auto newest = (*journal)->newest();
-  const auto first = (*journal)->next({});
-  if (!newest || !first.ok()) return {};
+  const auto newest = journal.newest();
+  const auto& first = journal.peek();
+  if (!newest || !first.ok()) return {};  // who reads it will say why
   const nanoseconds duration = std::max(*newest - first->received, nanoseconds(0));
   if (from_seconds(from_s) <= duration) return {};
   return Error{ErrorCode::Invalid, fmt::format("{} has only {:.1f} s", path.string(), to_seconds(duration))};

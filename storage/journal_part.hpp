@@ -78,7 +78,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
 
 /// Returns an Error of kind Invalid with the recording's duration if it ends before `from_s`. A recording whose
 /// duration cannot be known without reading all of it is let pass, and so is one of an object storage, of which no more
-/// than the part is to be fetched.
-Status check_begin(const std::filesystem::path& path, double from_s);
+/// than the part is to be fetched. Nothing of the recording must have been read yet; its first packet stays the next.
+Status check_begin(JournalReader& journal, double from_s);
 
 }  // namespace hueline::storage

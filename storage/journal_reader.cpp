@@ -87,6 +87,7 @@ Status JournalReader::open_first() {
   at_ = 0;
   bytes_before_ = 0;
   last_sequence_.reset();
+  peeked_.reset();
   end_.reset();
   untouched_ = true;
   return {};
@@ -96,6 +97,18 @@ Status JournalReader::open() { return mcap_ && untouched_ ? Status() : open_firs
 
 Result<Packet> JournalReader::next(std::stop_token stop) {
   if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stopped while reading " + path_.string()};
+  if (!peeked_) return read_next();
+  Result<Packet> packet = std::move(*peeked_);
+  peeked_.reset();
+  return packet;
+}
+
+const Result<Packet>& JournalReader::peek() {
+  if (!peeked_) peeked_ = read_next();
+  return *peeked_;
+}
+
+Result<Packet> JournalReader::read_next() {
   if (end_) return *end_;
   if (!mcap_ && segments_.empty()) return Error{ErrorCode::Invalid, path_.string() + " is not open"};
   untouched_ = false;
@@ -192,6 +205,7 @@ std::optional<HostTime> JournalReader::newest() const {
 }
 
 void JournalReader::close() {
+  peeked_.reset();
   mcap_.reset();
   segments_.clear();
 }

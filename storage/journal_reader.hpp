@@ -40,6 +40,8 @@ class JournalReader final : public PacketSource {
   ///
   /// EndOfData, Truncated and Io are repeated by later calls.
   Result<Packet> next(std::stop_token stop) override;
+  /// Returns what the next call of next() will return, which stays the next.
+  const Result<Packet>& peek();
   void close() override;
 
   /// Passes over chunks of which every packet came before `time`, until the first packet that did not: whoever seeks
@@ -62,6 +64,7 @@ class JournalReader final : public PacketSource {
  private:
   explicit JournalReader(std::filesystem::path path) : path_(std::move(path)) {}
   Status open_first();
+  Result<Packet> read_next();
   Result<Packet> next_of_segment();
   bool is_other_segment_left() const { return at_ + 1 < segments_.size(); }
   Status go_on(const Error& end);
@@ -75,6 +78,7 @@ class JournalReader final : public PacketSource {
   std::string recording_;           // SegmentPlace::recording of the first segment
   SegmentPlace newest_;             // of the last segment: it knows what the ring has removed
   std::optional<std::uint64_t> last_sequence_;
+  std::optional<Result<Packet>> peeked_;
   std::optional<Error> end_;       // how the last segment ended, if it could not be opened
   std::uint64_t skip_before_ = 0;  // received, ns; 0: nothing is skipped
   std::uint64_t bytes_before_ = 0, file_size_ = 0;

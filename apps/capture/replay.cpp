@@ -131,8 +131,7 @@ int replay(const ReplayOptions& options) {
     log_error(recording.error().message);
     return opening_status(recording.error());
   }
-  if (const Status within = storage::check_begin(runtime::drive_file(options.recording), options.from_s);
-      !within.ok()) {
+  if (const Status within = storage::check_begin(*recording->journal, options.from_s); !within.ok()) {
     log_error("--from {}: {}; give a smaller one", options.from_s, within.error().message);
     return kWrongUse;
   }

@@ -59,7 +59,7 @@ int cut(const CutOptions& options, bool recovers) {
     log_error("--to {} is not after --from {}", *which.to_s, which.from_s);
     return kWrongUse;
   }
-  if (const Status within = storage::check_begin(path, options.from_s); !within.ok()) {
+  if (const Status within = storage::check_begin(**journal, options.from_s); !within.ok()) {
     log_error("--from {}: {}; give a smaller one", options.from_s, within.error().message);
     return kWrongUse;
   }

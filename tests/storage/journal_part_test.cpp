@@ -72,6 +72,31 @@ TEST_F(JournalParts, TheWholeIsTheSameWithTheSameGaps) {
   EXPECT_TRUE(copied.end.ok());
 }
 
+TEST_F(JournalParts, ABeginIsCheckedWithoutLosingAPacket) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  auto journal = JournalReader::open(whole_);
+  ASSERT_TRUE(journal.ok());
+  const Status behind = check_begin(**journal, 1000);
+  ASSERT_FALSE(behind.ok());
+  EXPECT_EQ(behind.error().code, ErrorCode::Invalid);
+  EXPECT_THAT(behind.error().message, testing::HasSubstr("whole.mcap has only 0.3 s"));
+  EXPECT_TRUE(check_begin(**journal, 0.1).ok());
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    if (i == 7) {  // whoever looks in the middle loses nothing either
+      ASSERT_TRUE((*journal)->peek().ok());
+      EXPECT_TRUE(test::same(packets[i], *(*journal)->peek()));
+    }
+    const auto packet = (*journal)->next({});
+    ASSERT_TRUE(packet.ok()) << i;
+    EXPECT_TRUE(test::same(packets[i], *packet)) << i;
+  }
+  EXPECT_EQ((*journal)->next({}).error().code, ErrorCode::EndOfData);
+  ASSERT_TRUE((*journal)->open().ok());
+  ASSERT_TRUE((*journal)->peek().ok());
+  EXPECT_TRUE(test::same(packets[0], *(*journal)->peek()));
+}
+
 TEST_F(JournalParts, TimeIsThatOfTheNewestPacketSoFar) {
   const auto packets = sample_packets(500);
   write(packets);
