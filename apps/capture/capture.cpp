@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/capture/capture_ending.hpp"
+#include "apps/capture/rig_sources.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
@@ -26,7 +27,6 @@
 #include "core/standard_streams.hpp"
 #include "drivers/transport/host_clock.hpp"
 #include "runtime/feed.hpp"
-#include "runtime/file_merge.hpp"
 #include "runtime/live_run.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
@@ -46,32 +46,6 @@ struct CaptureOptions {
   bool quiet = false;
   bool has_no_feed = false;
 };
-
-std::vector<runtime::LiveRun::Source> make_sources(const config::Rig& rig, const BufferPool& pool) {
-  std::vector<runtime::LiveRun::Source> sources;
-  for (const auto& sensor : rig.sensors) {
-    runtime::Reader::Config reader;
-    reader.silent_after = std::chrono::milliseconds(static_cast<std::int64_t>(sensor.silent_after_s * 1000));
-    reader.is_recording = sensor.device->arrivals() != drivers::Arrivals::Live;
-    if (const auto* camera = dynamic_cast<const drivers::CameraDevice*>(sensor.device.get());
-        camera && rig.recording.pack_images)
-      reader.pixel_rows = [camera](std::span<const std::byte> packet) { return camera->pixel_rows(packet); };
-    sources.push_back({sensor.id, sensor.name, sensor.device->make_source(pool), reader, sensor.type->is_sheddable});
-  }
-  if (!rig.sync.self_timed) return sources;
-  std::vector<runtime::FileMerge::Input> files;
-  for (std::size_t i = 0; i < sources.size(); ++i)
-    files.push_back({std::move(sources[i].source), rig.sensors[i].device->make_decoder(),
-                     rig.sensors[i].device->arrivals() == drivers::Arrivals::Recorded});
-  const auto merge = std::make_shared<runtime::FileMerge>(
-      std::move(files), runtime::FileMerge::Config{.agreeing_labels = rig.sync.clock.label.agreeing});
-  auto merged = runtime::FileMerge::sources(merge);
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    sources[i].source = std::move(merged[i]);
-    sources[i].now = [merge] { return merge->position(); };
-  }
-  return sources;
-}
 
 const char* word(runtime::Reader::State state) {
   switch (state) {
@@ -430,8 +404,8 @@ int capture(const CaptureOptions& options) {
     points.store(sink.summary().points(), std::memory_order_relaxed);
   };
   const BufferPool pool(static_cast<std::size_t>(options.buffer_megabytes * 1e6));
-  runtime::LiveRun run(make_sources(rig, pool), std::make_unique<storage::SegmentedJournal>(std::move(*journal)),
-                       process, limits);
+  runtime::LiveRun run(sources_of(rig, pool), std::make_unique<storage::SegmentedJournal>(std::move(*journal)), process,
+                       limits);
   const StopSignals::Duty duty(
       signals, [&] { return run.is_recording_closed(); }, [&] { return last_words(run, recording); });
   log_info("capturing {} into {}; Ctrl-C ends with everything written, a second Ctrl-C ends at once", rig.name,
