@@ -8,8 +8,8 @@ namespace hueline::apps {
 enum ExitCode : int {
   kDone = 0,
   kFailed = 1,           ///< an unexpected error; the message describes it
-  kWrongUse = 2,         ///< the command line or a configuration file is wrong
-  kInputUnreadable = 3,  ///< an input could not be read, or only in part; the whole part was used
+  kWrongUse = 2,         ///< the command line is wrong, or a rig, a scenario or a sheet is wrong or missing
+  kInputUnreadable = 3,  ///< any other input could not be read, or only in part; the whole part was used
   kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
   kNothingCame = 5,      ///< no device answered, or no point could be made
   kNotAsExpected = 6,    ///< verify, score, replay --expect: a figure is out of its bound

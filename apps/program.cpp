@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "core/printable.hpp"
@@ -31,8 +32,8 @@ summary.json, and report.html and report.pdf with the verdict.
 Exit status:
   0  the work is done
   1  any other error
-  2  the command line or a configuration file is wrong
-  3  an input could not be read, or only in part
+  2  the command line is wrong, or a rig, a scenario or a sheet is wrong or missing
+  3  any other input could not be read, or only in part
   4  an output could not be written
   5  no device sent anything, or no point could be made
   6  verify, score or replay --expect found a figure out of its bound
@@ -42,17 +43,22 @@ Exit status:
 
 Ctrl-C ends capture, replay and simulate; they finish the work on what has come. A second Ctrl-C ends them at once.)";
 
+int tell(const std::exception& error, int status) {
+  std::fprintf(stderr, "hueline: %s\n", printable(error.what(), LineEnds::Keep).c_str());
+  return status;
+}
+
 int run(int argc, char** argv, const std::function<void(Command&)>& add_commands) {
   try {
     return run_command_line(
         argc, argv, "hueline: records a mobile mapping vehicle's sensors and colours its laser points while it drives.",
         std::string("hueline ") + runtime::kVersion + " (" + runtime::kGitRevision + ")", kFooter, add_commands);
   } catch (const config::ConfigError& e) {
-    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
-    return kWrongUse;
+    return tell(e, kWrongUse);
+  } catch (const InputError& e) {
+    return tell(e, kInputUnreadable);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "hueline: %s\n", printable(e.what(), LineEnds::Keep).c_str());
-    return kFailed;
+    return tell(e, kFailed);
   }
 }
 

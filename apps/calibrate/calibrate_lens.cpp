@@ -7,6 +7,7 @@
 
 #include "apps/calibrate/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "calibration/lens/lens_report.hpp"
 #include "calibration/lens/opencv_reference.hpp"
@@ -53,7 +54,7 @@ Board board_of(const CalibrateLensOptions& options) {
 std::vector<std::filesystem::path> images_of(const std::vector<std::string>& named) {
   std::vector<std::filesystem::path> out;
   for (const std::string& one : named) {
-    if (!std::filesystem::exists(one)) throw config::ConfigError(one + ": is not there");
+    if (!std::filesystem::exists(one)) throw InputError("open " + one + ": is not there");
     if (!std::filesystem::is_directory(one)) {
       out.emplace_back(one);
       continue;

@@ -10,14 +10,13 @@
 #include "apps/calibrate/calibrate_shot.hpp"
 #include "apps/colour/shot_calibration.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "calibration/mount/correspondence_file.hpp"
 #include "calibration/mount/mount_report.hpp"
 #include "config/key_reader.hpp"
 #include "config/rig.hpp"
 #include "core/angle.hpp"
-#include "core/csv_table.hpp"
-#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 #include "runtime/lens_values.hpp"
 
@@ -183,9 +182,7 @@ Status write_resection(const std::string& out, const LensCorrespondences& seen, 
 }
 
 int resect_lenses(const CalibrateMountOptions& options, const std::string& date) {
-  const auto text = read_input(options.points, kMostTable, "a table");
-  if (!text.ok()) throw config::ConfigError(text.error().message);
-  const auto read = parse_correspondences(*text, options.points);
+  const auto read = parse_correspondences(read_table(options.points), options.points);
   if (!read.ok()) {
     log_error(read.error().message);
     return kInputUnreadable;

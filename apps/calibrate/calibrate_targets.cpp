@@ -12,11 +12,10 @@
 
 #include "apps/calibrate/calibrate.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "calibration/targets/targets_report.hpp"
 #include "config/section.hpp"
-#include "core/csv_table.hpp"
-#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 #include "runtime/version.hpp"
 
@@ -104,16 +103,12 @@ struct Survey {
   std::map<std::string, std::string> scans;  ///< by name of the station
 };
 
-/// Reads both tables. Throws config::ConfigError if a table is wrong, or if they do not fit to each other and to the
-/// scans.
+/// Reads both tables. Throws InputError if one cannot be read, and config::ConfigError if a table is wrong, or if they
+/// do not fit to each other and to the scans.
 Survey read_survey(const CalibrateTargetsOptions& options) {
-  const auto targets_text = read_input(options.targets, kMostTable, "a table"),
-             stations_text = read_input(options.stations, kMostTable, "a table");
-  for (const auto* text : {&targets_text, &stations_text})
-    if (!text->ok()) throw config::ConfigError(text->error().message);
   const auto targets =
-      parse_targets(*targets_text, options.targets, {options.survey_sigma_mm / 1000, options.radius_m});
-  const auto stations = parse_stations(*stations_text, options.stations);
+      parse_targets(read_table(options.targets), options.targets, {options.survey_sigma_mm / 1000, options.radius_m});
+  const auto stations = parse_stations(read_table(options.stations), options.stations);
   if (!targets.ok()) throw config::ConfigError(targets.error().message);
   if (!stations.ok()) throw config::ConfigError(stations.error().message);
   for (const SurveyedTarget& target : *targets)

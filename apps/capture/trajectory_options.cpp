@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "apps/log.hpp"
+#include "core/input_file.hpp"
 #include "runtime/recording.hpp"
 
 namespace hueline::apps {
@@ -48,6 +49,10 @@ Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(
     return Error{ErrorCode::Invalid,
                  "--trajectory-sigma and --trajectory-point belong to --trajectory, which is missing"};
   }
+  // Known before the recording is read, which takes long.
+  for (const std::string& path : {sbet, smrmsg})
+    if (!path.empty())
+      if (const auto file = InputFile::open(path); !file.ok()) return file.error();
   runtime::PostTrajectory::Config config{sbet, smrmsg, time == "utc", {}};
   if (!point.empty()) {
     const auto parsed = parse_point(point);

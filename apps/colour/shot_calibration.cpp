@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "apps/colour/published_calibration.hpp"
+#include "apps/input_error.hpp"
 #include "config/key_reader.hpp"
 #include "config/section.hpp"
 #include "core/mounting.hpp"
@@ -48,7 +49,7 @@ CalibrationParts read_file(const std::string& path) {
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
   CalibrationParts out;
   for (const auto& path : paths) {
-    if (!is_address(path) && !std::filesystem::exists(path)) throw config::ConfigError(path + ": is not there");
+    if (!is_address(path) && !std::filesystem::exists(path)) throw InputError("open " + path + ": is not there");
     const CalibrationParts one = read_file(path);
     if (one.shot.intrinsics) {
       out.shot.intrinsics = one.shot.intrinsics;

@@ -6,14 +6,13 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "apps/simulate/drive_source.hpp"
 #include "apps/simulate/drive_trajectory.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
-#include "core/csv_table.hpp"
 #include "core/geodesy.hpp"
-#include "core/input_file.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
 #include "storage/projection.hpp"
@@ -69,18 +68,14 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
 
 int measure(const MeasureOptions& options) {
   options.drive.check();
-  const auto text = read_input(options.picks, kMostTable, "a table");
-  if (!text.ok()) throw config::ConfigError(text.error().message);
-  const auto picks = survey::parse_object_picks(*text, options.picks);
+  const auto picks = survey::parse_object_picks(read_table(options.picks), options.picks);
   if (!picks.ok()) {
     log_error(picks.error().message);
     return kInputUnreadable;
   }
   std::map<std::uint32_t, survey::ListedPanorama> panoramas;
   if (!options.panoramas.empty()) {
-    const auto table_text = read_input(options.panoramas, kMostTable, "a table");
-    if (!table_text.ok()) throw config::ConfigError(table_text.error().message);
-    auto listed = survey::parse_panorama_table(*table_text, options.panoramas);
+    auto listed = survey::parse_panorama_table(read_table(options.panoramas), options.panoramas);
     if (!listed.ok()) {
       log_error(listed.error().message);
       return kInputUnreadable;
