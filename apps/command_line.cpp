@@ -5,8 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -17,6 +19,7 @@
 #include "core/output_file.hpp"
 #include "core/remote_store.hpp"
 #include "runtime/recording.hpp"
+#include "storage/journal_reader.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -140,6 +143,26 @@ bool comes_with(const std::filesystem::path& folder, const std::string& made) {
   return !error && !below.empty() && *below.begin() != "..";
 }
 
+bool has_content(const std::filesystem::path& path) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(path, failed) && std::filesystem::file_size(path, failed) > 0 && !failed;
+}
+
+/// Returns an error if the file is a recording, which nothing replaces.
+Status check_no_recording(const std::filesystem::path& path) {
+  if (!has_content(path) || !storage::JournalReader::open(path).ok()) return {};
+  return output_error("write " + path.string(), EEXIST);
+}
+
+/// Returns an error if something is in the file that a new recording must not replace: all but a recording whose header
+/// has the entry `mark`.
+Status check_recording_place(const std::filesystem::path& path, const std::string& mark) {
+  if (!has_content(path)) return {};
+  const auto there = storage::JournalReader::open(path);
+  if (there.ok() && (*there)->header().about.contains(mark)) return {};
+  return output_error("write " + path.string(), EEXIST);
+}
+
 }  // namespace
 
 Command& Command::reads(const std::string& value) {
@@ -160,6 +183,22 @@ Command& Command::writes(const std::string& value) {
 Command& Command::writes_into(const std::string& value) {
   files_.output_folders.push_back(&value);
   return makes(value);
+}
+
+void Command::adds_recording(const std::string& value, bool is_in_folder, const char* mark) {
+  const auto is_forced = std::make_shared<bool>(false);
+  app_->add_flag("--force", *is_forced, "replace a recording that is there, whatever it is");
+  files_.recordings.push_back({&value, is_in_folder, mark, is_forced});
+}
+
+Command& Command::writes_recording(const std::string& value, const char* mark) {
+  adds_recording(value, false, mark);
+  return writes(value);
+}
+
+Command& Command::writes_recording_into(const std::string& value, const char* mark) {
+  adds_recording(value, true, mark);
+  return writes_into(value);
 }
 
 Command& Command::makes(const std::string& value) {
@@ -195,10 +234,22 @@ int Command::run(const Files& files, const std::function<int()>& work) {
            std::ranges::any_of(files.made_folders,
                                [&](const std::string* made) { return !made->empty() && comes_with(folder, *made); });
   };
-  for (const std::string* path : files.outputs)
+  const auto is_new_recording = [&](const std::string* path) {
+    return std::ranges::any_of(files.recordings, [&](const NewRecording& one) { return one.path == path; });
+  };
+  for (const std::string* path : files.outputs) {
     if (!comes_later(*path) && refused(*path, check_output)) return kOutputRefused;
+    if (!is_new_recording(path) && refused(*path, check_no_recording)) return kOutputRefused;
+  }
   for (const std::string* path : files.output_folders)
     if (refused(*path, check_output_folder)) return kOutputRefused;
+  for (const NewRecording& one : files.recordings) {
+    const std::filesystem::path named = *one.path, path = one.is_in_folder ? named / "drive.mcap" : named;
+    const Status free = *one.is_forced ? Status() : check_recording_place(path, one.mark);
+    if (free.ok()) continue;
+    log_error("{}; --force replaces it", free.error().message);
+    return kOutputRefused;
+  }
   return work();
 }
 

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -61,10 +62,16 @@ class Command {
   Command& reads(const std::string& value);
   Command& reads(const std::vector<std::string>& values);
   /// Declares that the value names a file, or a folder of files, that this command writes. If that is impossible, the
-  /// program ends with exit status 4 before the work begins. An empty value names nothing. The folder of a file may be
+  /// program ends with exit status 4 before the work begins, and so it does if the file is a recording. An empty value
+  /// names nothing. The folder of a file may be
   /// missing if it is one that the command makes for its folder of files.
   Command& writes(const std::string& value);
   Command& writes_into(const std::string& value);
+  /// The same for a recording, and adds the option --force. A recording takes nobody else's place: status 4 too if a
+  /// file is there that has anything in it, unless its header has the entry `mark`, by which it is an earlier result of
+  /// such a command, or the user says --force.
+  Command& writes_recording(const std::string& value, const char* mark);
+  Command& writes_recording_into(const std::string& value, const char* mark);
   /// Declares that the value names a folder that this command makes if it is missing, and does not always write into.
   Command& makes(const std::string& value);
 
@@ -73,10 +80,18 @@ class Command {
   void runs(std::function<int()> work);
 
  private:
+  struct NewRecording {
+    const std::string* path;
+    bool is_in_folder;
+    const char* mark;
+    std::shared_ptr<bool> is_forced;
+  };
   struct Files {
     std::vector<const std::string*> inputs, outputs, output_folders, made_folders;
     std::vector<const std::vector<std::string>*> input_lists;
+    std::vector<NewRecording> recordings;
   };
+  void adds_recording(const std::string& value, bool is_in_folder, const char* mark);
   static int run(const Files& files, const std::function<int()>& work);
 
   CLI::App* app_;

@@ -41,8 +41,8 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   for (const char* key : {kSegmentRecording, kSegmentNumber, kSegmentFollows, kSegmentRemoved, kSegmentRemovedPackets,
                           kSegmentRemovedBytes})
     header.about.erase(key);
-  header.about["part_of"] = fmt::format("{}, {} s to {}", name, part.from_s,
-                                        part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
+  header.about[kPartOf] = fmt::format("{}, {} s to {}", name, part.from_s,
+                                      part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
   header.has_packed_images = header.has_packed_images && !part.unpacks_images;
   JournalWriter::Config config;
   config.if_exists = IfExists::Replace;

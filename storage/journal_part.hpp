@@ -11,6 +11,9 @@
 
 namespace hueline::storage {
 
+/// The entry of a recording's header that says of which recording it is a part (JournalHeader::about).
+inline constexpr const char* kPartOf = "part_of";
+
 /// Which packets of a recording go into another one.
 struct JournalPart {
   double from_s = 0;             ///< s after the first packet of the recording, as in the health and the verdict

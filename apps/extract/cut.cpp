@@ -94,7 +94,8 @@ void add_cut(Command& all) {
   auto options = std::make_shared<CutOptions>();
   Command command = all.command("cut", "copy some time or some sensors of a recording into a new one");
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder").reads(options->recording);
-  command.required("--out", options->out, "the new recording, an .mcap file").writes(options->out);
+  command.required("--out", options->out, "the new recording, an .mcap file")
+      .writes_recording(options->out, storage::kPartOf);
   command.setting("--from", options->from_s, "s after the recording's first packet, as in the verdict", {0, 1e9});
   command.option("--to", options->to_s, "likewise; default: the recording's end", {0, 1e9});
   command.option("--without", options->without, "sensors that are left out, by their names");
@@ -111,7 +112,8 @@ void add_recover(Command& all) {
       "recover", "copy everything that is whole in a recording that was cut or damaged into a new one, which is whole");
   command.required("RECORDING", options->recording, "drive.mcap, or a drive's folder; it is only read")
       .reads(options->recording);
-  command.required("--out", options->out, "the new recording, an .mcap file").writes(options->out);
+  command.required("--out", options->out, "the new recording, an .mcap file")
+      .writes_recording(options->out, storage::kPartOf);
   command.runs([options] { return cut(*options, true); });
 }
 

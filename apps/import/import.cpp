@@ -76,7 +76,7 @@ void add_import(Command& all) {
   Command command = all.command("import", "make a drive of a recording of ROS, with a rig file to complete");
   command.required("RECORDING", options->bag, "MCAP, .db3 or .bag, or a folder with the files of one recording")
       .reads(options->bag);
-  command.required("--out", options->out, "folder of the drive").writes_into(options->out);
+  command.required("--out", options->out, "folder of the drive").writes_recording_into(options->out, kImportedFrom);
   command.option(
       "--origin", options->origin,
       "latitude, longitude (deg), ellipsoidal height (m) of the origin of local poses: Odometry, PoseStamped, /tf");

@@ -222,7 +222,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   }
   if (Status done = write_output(options.out / "rig.yaml", rig.text); !done.ok()) return done.error();
   storage::JournalHeader header = runtime::journal_header(rig);
-  header.about["imported_from"] = fs::path(options.bag).filename().string();
+  header.about[kImportedFrom] = fs::path(options.bag).filename().string();
   storage::JournalWriter::Config config;
   config.if_exists = IfExists::Replace;
   auto writer = storage::JournalWriter::create(options.out / "drive.mcap", header, config);

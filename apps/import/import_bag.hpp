@@ -12,6 +12,9 @@
 
 namespace hueline::apps {
 
+/// The entry of a recording's header that says of which file it was made (JournalHeader::about).
+inline constexpr const char* kImportedFrom = "imported_from";
+
 /// What import_bag() reads.
 struct ImportOptions {
   std::string bag{};                 ///< rosbag::open_bag()

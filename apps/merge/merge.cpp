@@ -140,7 +140,7 @@ void add_merge(Command& all) {
   command.flag("--same-clock", wish.is_same_clock,
                "the recordings have one clock, because one computer made them without a restart between: their times "
                "stay as they are. Computers that PTP holds together have different clocks in their recordings");
-  command.reads(wish.recordings).reads(options->rig).writes(options->out);
+  command.reads(wish.recordings).reads(options->rig).writes_recording(options->out, kMergedFrom);
   command.footer(
       "Each computer must record the receiver's pulses and messages: at the seconds that both saw, their clocks are "
       "compared, and the times of the others are restated in the clock of the first. Their pulses and messages are not "

@@ -191,7 +191,7 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
     out.inputs.push_back({journal.name, std::move(journal.recording.journal), sensors, std::move(*relation),
                           journal.begins_late, is_ring});
   }
-  out.header.about["merged_from"] = merged_from;
+  out.header.about[kMergedFrom] = merged_from;
   out.header.files.push_back({"merge.json", "application/json", json_text(Json{{"recordings", told}}, 2) + "\n"});
   return out;
 }

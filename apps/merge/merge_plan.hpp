@@ -17,6 +17,9 @@
 
 namespace hueline::apps {
 
+/// The entry of a recording's header that says of which recordings it was made (JournalHeader::about).
+inline constexpr const char* kMergedFrom = "merged_from";
+
 /// What the user wants merged, and how the cases are decided that the recordings leave open.
 struct MergeWish {
   std::vector<std::string> recordings;  ///< the first one's clock and ticks are kept

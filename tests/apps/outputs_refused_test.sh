@@ -37,6 +37,28 @@ refused "$own" drive/drive.mcap -- "$hueline" cut drive --out drive/drive.mcap
 refused "$own" drive/drive.mcap -- "$hueline" recover drive/drive.mcap --out drive/../drive/drive.mcap
 cp drive/drive.mcap second.mcap
 refused "$own" second.mcap -- "$hueline" merge drive second.mcap --rig rig.yaml --out second.mcap
+
+# A new recording replaces none but an earlier result of such a command, and no other result replaces a recording.
+there='File exists; recordings are never overwritten: choose another name or move it away'
+cp drive/drive.mcap other.mcap
+printf 'name,value\n' >table.csv
+for file in other.mcap table.csv; do
+  refused "write $file: $there; --force replaces it" $file -- "$hueline" cut drive --out $file
+  refused "write $file: $there; --force replaces it" $file -- "$hueline" recover drive --out $file
+  refused "write $file: $there; --force replaces it" $file -- "$hueline" merge drive second.mcap --rig rig.yaml --out $file
+done
+refused "write other.mcap: $there$" other.mcap -- "$hueline" measure drive --picks picks.csv --out other.mcap
+refused "write other.mcap: $there$" other.mcap -- "$hueline" extract drive --sensor pos --out other.mcap
+refused "write drive/drive.mcap: $there; --force replaces it" drive/drive.mcap -- "$hueline" import absent.bag --out drive
+: >empty.mcap  # as mktemp leaves it
+ends 0 "$hueline" cut drive --out empty.mcap
+ends 0 "$hueline" cut drive --out part.mcap
+ends 0 "$hueline" recover second.mcap --out part.mcap
+ends 0 "$hueline" cut drive --out other.mcap --force
+cmp -s other.mcap empty.mcap || fail "--force did not replace the recording"
+refused "$own" drive/drive.mcap -- "$hueline" cut drive --out drive/drive.mcap --force
+refused "$own" part.mcap -- "$hueline" recover part.mcap --out part.mcap --force
+
 cp rig.yaml rig.svg
 refused "$own" rig.svg -- "$hueline" rig show rig.svg --out rig.svg
 cp drive/drive.mcap cloud.png
