@@ -50,6 +50,7 @@ class PoseTable : public ImageTable {
   /// Returns the rotation that comes nearest to what the map does to directions at a place: convergence of the
   /// meridians, and the tilt against the drive's origin. The map's scale is left out.
   Eigen::Matrix3d R_map_enu(const Eigen::Vector3d& p) const {
+    const double plane_m = projection_.operation().unit().metres, up_m = projection_.operation().up_unit().metres;
     Eigen::Matrix3d slopes;
     for (Eigen::Index k = 0; k < 3; ++k) {
       const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k), after = p + step, before = p - step;
@@ -57,6 +58,7 @@ class PoseTable : public ImageTable {
                        projection_.project_exactly(before.x(), before.y(), before.z())) /
                       (2 * kStep_m);
     }
+    slopes = Eigen::Vector3d(plane_m, plane_m, up_m).asDiagonal() * slopes;
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(slopes, Eigen::ComputeFullU | Eigen::ComputeFullV);
     return svd.matrixU() * svd.matrixV().transpose();
   }
@@ -89,10 +91,12 @@ Result<std::unique_ptr<ImageTable>> make_pose_table(const PictureSet& set) {
   if (!projection) return projection.error();
   auto file = TextFile::create(set.folder / "poses.csv");
   if (!file) return file.error();
-  file->add(
-      "file,lens,exposure,utc,gps_s,easting_m,northing_m,height_m,latitude_deg,longitude_deg,ellipsoidal_height_m,"
-      "omega_deg,phi_deg,kappa_deg,heading_deg,pitch_deg,roll_deg,sigma_east_m,sigma_north_m,sigma_up_m,"
-      "sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg,sigma_time_s,pixels_are_gravity_aligned\n");
+  const storage::MapOperation& map = projection->operation();
+  file->add(fmt::format(
+      "file,lens,exposure,utc,gps_s,easting_{0},northing_{0},height_{1},latitude_deg,longitude_deg,"
+      "ellipsoidal_height_m,omega_deg,phi_deg,kappa_deg,heading_deg,pitch_deg,roll_deg,sigma_east_m,sigma_north_m,"
+      "sigma_up_m,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg,sigma_time_s,pixels_are_gravity_aligned\n",
+      map.unit().name, map.up_unit().name));
   return std::unique_ptr<ImageTable>(std::make_unique<PoseTable>(std::move(*file), std::move(*projection), set));
 }
 

@@ -151,7 +151,7 @@ std::vector<Finding> check_rig(const config::Rig& rig) {
   check_mounting("head", rig.geometry.head.T_body_head.translation, out);
   for (const auto& laser : rig.geometry.lasers)
     check_mounting(rig.sensor_names().at(laser.sensor), laser.T_body_scanner.translation, out);
-  // Any place shows whether the numbers of the map are metres.
+  // Any place shows whether the numbers of the map are metres or feet.
   if (const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.map);
       !map.ok() && is_about_crs(map.error().message))
     out.push_back({true, "rig", "cloud: " + map.error().message, "correct cloud.crs, datum or geoid in the rig"});

@@ -57,10 +57,11 @@ GeoKeys::GeoKeys(const LasReader& cloud) {
   }
 }
 
-/// Returns the WKT of a CRS, in the form that LAS has, on one line; empty for null and if it has none.
+/// Returns the WKT of a CRS, in the form that LAS has, on one line; empty for null and if it has none. A CRS with
+/// heights above its ellipsoid becomes a compound one.
 std::string las_wkt(PJ_CONTEXT* context, const PJ* crs) {
-  constexpr const char* kOneLine[] = {"MULTILINE=NO", nullptr};
-  const char* const wkt = crs ? proj_as_wkt(context, crs, PJ_WKT1_GDAL, kOneLine) : nullptr;
+  constexpr const char* kForm[] = {"MULTILINE=NO", "ALLOW_ELLIPSOIDAL_HEIGHT_AS_VERTICAL_CRS=YES", nullptr};
+  const char* const wkt = crs ? proj_as_wkt(context, crs, PJ_WKT1_GDAL, kForm) : nullptr;
   return wkt ? wkt : "";
 }
 

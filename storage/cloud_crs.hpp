@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 
 #include "core/result.hpp"
@@ -27,6 +28,8 @@ struct CrsInMetres {
   double metres = 1;     ///< of a step of 1 along x or y
   double up_metres = 1;  ///< of a step of 1 along z: that of the vertical CRS, or without one that of x and y
   std::string wkt;       ///< the CRS that counts in metres; empty if it is not known
+
+  Eigen::Vector3d place(const LasPoint& p) const { return {p.x * metres, p.y * metres, p.z * up_metres}; }
 };
 
 /// Returns how to count a cloud's coordinates in metres. A CRS in metres stays as crs_wkt() has it. Errors: those of

@@ -36,7 +36,7 @@ Result<TopView> picture_from_above(const std::filesystem::path& las, const TopVi
 
 /// Settings of picture_from_street(). validate() returns an empty text if they are valid, else a sentence.
 struct StreetViewConfig {
-  /// Position of the eye: easting, northing and height in the file's CRS, m.
+  /// Position of the eye: easting, northing and height in the file's CRS, counted in metres (CrsInMetres).
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   double heading = 0;               ///< clockwise from grid north, rad
   double pitch = 0;                 ///< positive upwards, rad

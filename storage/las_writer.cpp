@@ -17,8 +17,9 @@
 namespace hueline::storage {
 namespace {
 
-constexpr double kGrid_m = 0.001;     // m
-constexpr double kOffsetStep = 1000;  // offsets are whole kilometres, so that the numbers in the header are short
+// Both in the map's unit.
+constexpr double kGrid = 0.001;
+constexpr double kOffsetStep = 1000;  // offsets are whole thousands, so that the numbers in the header are short
 constexpr int kCloudFormat = 7;
 
 constexpr std::size_t kPointsBuffered = 16384;  // points in one write of LAS
@@ -115,7 +116,7 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   for (const LasExtraField& field : extra) size += size_of(field.type);
   header_.point_size = static_cast<std::uint16_t>(size);
   buffer_.resize((is_compressed ? kLazChunkPoints : kPointsBuffered) * size);
-  header_.scale.fill(kGrid_m);
+  header_.scale.fill(kGrid);
   if (is_compressed) {
     laz_ = std::make_unique<Compression>();
     laz_->kind = {kCloudFormat, size};
@@ -150,7 +151,7 @@ std::byte* LasWriter::encode(const ColouredPoint& p) {
   const Eigen::Vector3d xyz = projection_.project(p.east, p.north, p.up);
   std::array<std::int32_t, 3> steps;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double s = std::floor((xyz[static_cast<Eigen::Index>(k)] - header_.offset[k]) / kGrid_m + 0.5);
+    const double s = std::floor((xyz[static_cast<Eigen::Index>(k)] - header_.offset[k]) / kGrid + 0.5);
     if (!(std::abs(s) < 2147483647.0)) {
       ++counts_.refused;
       return nullptr;
@@ -318,8 +319,8 @@ Status LasWriter::write_header() {
   header_.point_count = in_file_.points;
   header_.points_by_return = in_file_.by_return;
   for (std::size_t k = 0; k < 3 && in_file_.points > 0; ++k) {
-    header_.minimum[k] = header_.offset[k] + in_file_.lowest[k] * kGrid_m;
-    header_.maximum[k] = header_.offset[k] + in_file_.highest[k] * kGrid_m;
+    header_.minimum[k] = header_.offset[k] + in_file_.lowest[k] * kGrid;
+    header_.maximum[k] = header_.offset[k] + in_file_.highest[k] * kGrid;
   }
   return file_.overwrite(0, encode_las_header(header_));
 }

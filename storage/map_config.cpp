@@ -26,8 +26,8 @@ void MapConfig::visit(Keys& keys) {
   keys.text(
       {"crs", "",
        "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system in "
-       "metres. With `+` and the number of a vertical one, or as a compound one, its heights are those of that "
-       "system; otherwise they are above the ellipsoid."},
+       "metres, feet or US survey feet. With `+` and the number of a vertical one, or as a compound one, its heights "
+       "are those of that system, in its unit; otherwise they are above the ellipsoid, in metres."},
       crs, kCrs);
   keys.text({"datum", "",
              "In which coordinate reference system the POS gives positions: that of the corrections it uses, or of its "

@@ -17,6 +17,7 @@ namespace hueline::storage {
 namespace {
 
 constexpr double kSameMap_m = 1e-6;
+constexpr auto kOtherUnit = "counts in \"{}\"; only metres, feet and US survey feet can be written";
 constexpr double kNear = 0.01;  // degrees around the place for which operations are chosen
 using FreeList = decltype(&proj_list_destroy);
 using List = std::unique_ptr<PJ_OBJ_LIST, FreeList>;
@@ -26,17 +27,34 @@ std::string name_of(PJ* object) {
   return name != nullptr ? name : "?";
 }
 
-/// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in metres, and used at `place`.
-std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
-  if (proj_get_type(crs) != PJ_TYPE_PROJECTED_CRS)
-    return "is not a projected CRS (map coordinates in metres are needed)";
-  const ProjObject axes(proj_crs_get_coordinate_system(context, crs));
-  double factor = 0;
+/// Returns the unit of a CRS whose axes count so many metres; nothing if clouds cannot
+/// have it.
+std::optional<MapUnit> map_unit_of(double metres) {
+  constexpr double kRounded = 1e-12;  // PROJ has 15 digits of a US survey foot
+  for (const MapUnit& unit : kMapUnits)
+    if (std::abs(metres - unit.metres) < kRounded) return unit;
+  return {};
+}
+
+/// Returns the unit of an axis of a CRS; nothing if clouds cannot have it, and `name` is then what PROJ calls it.
+std::optional<MapUnit> unit_along(PJ_CONTEXT* context, const PJ* crs, std::string& name) {
+  const ProjObject axes(crs ? proj_crs_get_coordinate_system(context, crs) : nullptr);
+  double metres = 0;
   const char* unit = nullptr;
-  if (!axes ||
-      !proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, nullptr, &factor, &unit, nullptr, nullptr))
-    return "has no axes";
-  if (factor != 1.0) return fmt::format("counts in \"{}\"; only metres can be written", unit ? unit : "?");
+  if (axes) proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, nullptr, &metres, &unit, nullptr, nullptr);
+  name = unit ? unit : "?";
+  return map_unit_of(metres);
+}
+
+/// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in a unit that clouds can have,
+/// and used at `place`; `unit` is then set.
+std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place, MapUnit& unit) {
+  if (proj_get_type(crs) != PJ_TYPE_PROJECTED_CRS)
+    return "is not a projected CRS (map coordinates in metres or feet are needed)";
+  std::string name;
+  const auto known = unit_along(context, crs, name);
+  if (!known) return fmt::format(kOtherUnit, name);
+  unit = *known;
   double west = 0, south = 0, east = 0, north = 0;
   const char* area = nullptr;
   if (!proj_get_area_of_use(context, crs, &west, &south, &east, &north, &area) || west < -180) return {};
@@ -149,7 +167,13 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
   const bool is_compound = proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS;
   const ProjObject horizontal = horizontal_part(context, crs.get());
   if (!horizontal) return invalid("has no horizontal part");
-  if (const std::string why = objection(context, horizontal.get(), place); !why.empty()) return invalid(why);
+  if (const std::string why = objection(context, horizontal.get(), place, out.unit_); !why.empty()) return invalid(why);
+  if (is_compound) {
+    std::string name;
+    const auto known = unit_along(context, ProjObject(proj_crs_get_sub_crs(context, crs.get(), 1)).get(), name);
+    if (!known) return invalid("has heights whose axis " + fmt::format(kOtherUnit, name));
+    out.up_unit_ = *known;
+  }
   if (is_compound && !config.geoid.empty()) return invalid("has heights of its own; leave out cloud.geoid");
 
   const ProjObject geographic(proj_crs_get_geodetic_crs(context, horizontal.get()));
@@ -207,6 +231,7 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
     out.wkt_ = compound_wkt(out.name_ + " + ellipsoidal height", wkt, "Ellipsoid", 2002);
     out.words_ += "; heights above the ellipsoid of " + name_of(own ? own.get() : source.get());
   }
+  if (!is_compound && out.unit_.metres != 1) out.words_ += ", in metres";
   for (const double value : out.apply(place))
     if (!std::isfinite(value))
       return invalid(fmt::format("cannot show latitude {:.4f}, longitude {:.4f}{}", place.latitude * kDegPerRad,
@@ -263,8 +288,9 @@ Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* 
       transverse_mercator_.emplace(*parameters);
       const std::array<double, 3> wanted = apply_proj(place);
       const auto [easting, northing] = transverse_mercator_->apply(place);
-      // A CRS whose axes or units are not what they seem is left to PROJ.
-      if (!(std::abs(easting - wanted[0]) < kSameMap_m && std::abs(northing - wanted[1]) < kSameMap_m))
+      // A CRS whose axes are not what they seem is left to PROJ.
+      if (!(std::abs(easting - wanted[0] * unit_.metres) < kSameMap_m &&
+            std::abs(northing - wanted[1] * unit_.metres) < kSameMap_m))
         transverse_mercator_.reset();
     }
     return {};
@@ -277,7 +303,7 @@ std::array<double, 3> MapOperation::apply(const Geodetic& place) const {
   // With no step but the map itself, heights stay what they are.
   if (transverse_mercator_ && !to_geoid_) {
     const auto [easting, northing] = transverse_mercator_->apply(place);
-    return {easting, northing, place.ellipsoidal_height};
+    return {easting / unit_.metres, northing / unit_.metres, place.ellipsoidal_height};
   }
   return apply_proj(place);
 }

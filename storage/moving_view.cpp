@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/portable_math.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/point_canvas.hpp"
@@ -158,7 +159,7 @@ struct Scene {
 };
 
 /// Returns the points that the picture needs, from `begin` - before_s to `begin` + `length`.
-Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, double length,
+Result<Scene> scene_of(LasReader& reader, const CrsInMetres& metric, const Extent& extent, double begin, double length,
                        const MovingViewConfig& config) {
   const LasExtraField* state = reader.extra_field(las_extra_name<&ColouredPoint::state>());
   const LasExtraField* exposure = reader.extra_field(las_extra_name<&ColouredPoint::exposure>());
@@ -176,7 +177,7 @@ Result<Scene> scene_of(LasReader& reader, const Extent& extent, double begin, do
     if (!p.time) return;
     const double t = *p.time - begin;
     if (!(t >= -config.before_s && t <= length + 3)) return;  // the path beyond the end still turns the eye
-    const Eigen::Vector3d place(p.x, p.y, p.z);
+    const Eigen::Vector3d place = metric.place(p);
     if (!place.allFinite()) return;
     if (!base) base = place;
     Shown shown{(place - *base).cast<float>(),
@@ -289,6 +290,8 @@ Result<MovingView> picture_while_driving(const std::filesystem::path& las, const
   Result<LasReader> reader = LasReader::open(las);
   if (!reader) return reader.error();
   const auto about = [&las](Error error) { return Error{error.code, las.string() + ": " + error.message}; };
+  const Result<CrsInMetres> metric = crs_in_metres(*reader);
+  if (!metric) return about(metric.error());
   const Result<Extent> extent = extent_of(*reader);
   if (!extent) return extent.error();
   if (extent->first > extent->last)
@@ -296,7 +299,7 @@ Result<MovingView> picture_while_driving(const std::filesystem::path& las, const
   const double begin = extent->first + config.start * (extent->last - extent->first);
   const double length = std::min(config.drive_s, extent->last - begin);
   if (length < kLeast) return about({ErrorCode::Invalid, "less than 0.5 s of drive from that place on"});
-  const Result<Scene> scene = scene_of(*reader, *extent, begin, length, config);
+  const Result<Scene> scene = scene_of(*reader, *metric, *extent, begin, length, config);
   if (!scene) return scene.error().code == ErrorCode::Invalid ? about(scene.error()) : scene.error();
 
   Result<WebpAnimation> animation = WebpAnimation::create(config.width, config.height, config.quality);

@@ -11,7 +11,8 @@
 /// Transforms points from the local level frame of a drive to a projected map.
 namespace hueline::storage {
 
-/// Transforms Enu coordinates at an origin to easting, northing and height on a map, m.
+/// Transforms Enu coordinates at an origin to easting, northing and height on a map, in its units
+/// (MapOperation::unit()).
 ///
 /// In each cube of 256 m a quadratic polynomial, fitted to the MapOperation, places the points. It was within 2e-7 m of
 /// PROJ wherever it was tried. In a cube whose corners it does not meet within 1e-5 m, the operation is asked for each

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/portable_math.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/point_canvas.hpp"
 #include "storage/point_colour.hpp"
@@ -32,6 +33,8 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
   Result<LasReader> reader = LasReader::open(las);
   if (!reader) return reader.error();
+  const Result<CrsInMetres> metric = crs_in_metres(*reader);
+  if (!metric) return Error{metric.error().code, las.string() + ": " + metric.error().message};
   std::vector<LasPoint> points;
   // The first points show whether colours have 8 or 16 bits, and how bright the echoes are.
   std::uint16_t brightest_colour = 0, brightest_intensity = 0;
@@ -61,7 +64,7 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
     if (!read) cut = read;
     if (!read || points.empty()) break;  // a cut cloud ends early
     for (const LasPoint& p : points) {
-      const auto seen = view_of.project({p.x, p.y, p.z});
+      const auto seen = view_of.project(metric->place(p));
       if (!(seen.depth >= config.nearest_m && seen.depth <= config.farthest_m)) continue;
       const double radius_m = std::max(config.splat_m, config.splat_share * seen.depth);
       const double radius_px = std::min(focal * radius_m / seen.depth, config.width / 20.0);

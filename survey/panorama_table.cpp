@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/angle.hpp"
@@ -39,14 +40,22 @@ constexpr std::array kColumns{"file",
                               "q_head_view_x",
                               "q_head_view_y",
                               "q_head_view_z",
-                              "easting_m",
-                              "northing_m",
-                              "height_m",
+                              "easting_",  // the unit of the map follows
+                              "northing_",
+                              "height_",
                               "pixels_are_gravity_aligned"};
 
 }  // namespace
 
-std::string panorama_table_head() { return fmt::format("{}\n", fmt::join(kColumns, ",")); }
+std::string panorama_table_head(const std::string& unit, const std::string& up_unit) {
+  std::string out;
+  for (const std::string_view column : kColumns) {
+    out += out.empty() ? "" : ",";
+    out += column;
+    if (column.ends_with('_')) out += column == "height_" ? up_unit : unit;
+  }
+  return out + "\n";
+}
 
 std::string panorama_table_line(const DrivePanorama& one, const std::string& name, const Eigen::Vector3d& place) {
   const auto& shape = one.view.shape;
@@ -69,9 +78,12 @@ Result<std::map<std::uint32_t, ListedPanorama>> parse_panorama_table(const std::
                             .allowed = {},
                             .units = {},
                             .advice = {}};
-  for (const char* column : kColumns)
-    if (std::find(columns.needed.begin(), columns.needed.end(), column) == columns.needed.end())
+  for (const std::string column : kColumns) {
+    if (column.ends_with('_'))
+      for (const char* unit : {"m", "ft", "ftUS"}) columns.allowed.push_back(column + unit);
+    else if (std::find(columns.needed.begin(), columns.needed.end(), column) == columns.needed.end())
       columns.allowed.push_back(column);
+  }
   const auto table = CsvTable::parse(text, file, columns);
   if (!table.ok()) return table.error();
   std::map<std::uint32_t, ListedPanorama> out;

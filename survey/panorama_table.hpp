@@ -12,10 +12,10 @@
 /// The table panoramas.csv, which lies beside the panoramas of a drive (docs/formats.md).
 namespace hueline::survey {
 
-/// Returns the line with the names of the columns.
-std::string panorama_table_head();
-/// Returns the line of a panorama that lies in the file `name`. `place` is its easting, northing and height on the map,
-/// m.
+/// Returns the line with the names of the columns. `unit` is what easting and northing count, and `up_unit` what the
+/// height does: "m", "ft" or "ftUS".
+std::string panorama_table_head(const std::string& unit = "m", const std::string& up_unit = "m");
+/// Returns the line of a panorama that lies in the file `name`. `place` is its easting, northing and height on the map.
 std::string panorama_table_line(const DrivePanorama& panorama, const std::string& name, const Eigen::Vector3d& place);
 
 /// A panorama of the table.

@@ -9,6 +9,7 @@
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "runtime/recording.hpp"
+#include "storage/cloud_crs.hpp"
 #include "storage/cloud_picture.hpp"
 #include "storage/file_writer.hpp"
 #include "storage/las_reader.hpp"
@@ -27,6 +28,8 @@ struct PictureOptions {
 Result<storage::StreetViewConfig> viewpoint(const PictureOptions& options) {
   auto reader = storage::LasReader::open(options.cloud);
   if (!reader.ok()) return reader.error();
+  const auto metric = storage::crs_in_metres(*reader);
+  if (!metric.ok()) return Error{metric.error().code, options.cloud + ": " + metric.error().message};
   const std::uint64_t total = reader->available();
   const auto first = static_cast<std::uint64_t>(options.at * static_cast<double>(total));
   const std::uint64_t span = total / 20 + 1;
@@ -42,9 +45,10 @@ Result<storage::StreetViewConfig> viewpoint(const PictureOptions& options) {
       const std::uint64_t i = index++;
       if (i < first || i >= first + 2 * span) continue;
       const int which = i < first + span ? 0 : 1;
-      sums[which] += Eigen::Vector3d(point.x, point.y, point.z);
+      const Eigen::Vector3d place = metric->place(point);
+      sums[which] += place;
       counts[which] += 1;
-      ground = std::min(ground, point.z);
+      ground = std::min(ground, place.z());
     }
   }
   if (counts[0] == 0 || counts[1] == 0)

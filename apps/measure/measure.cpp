@@ -31,14 +31,15 @@ struct MeasureOptions {
 
 std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodetic& origin,
                   storage::Projection& projection) {
+  const storage::MapOperation& map = projection.operation();
   std::string out = fmt::format(
-      "# east_m, north_m, up_m: local level at latitude {:.3f}, longitude {:.3f} deg, height {:.0f} m; easting_m, "
-      "northing_m, height_m: {} ({}), positions of {}\n"
-      "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,easting_m,"
-      "northing_m,height_m,latitude_deg,longitude_deg,"
+      "# east_m, north_m, up_m: local level at latitude {0:.3f}, longitude {1:.3f} deg, height {2:.0f} m; "
+      "easting_{6}, northing_{6}, height_{7}: {3} ({4}), positions of {5}\n"
+      "name,exposure,lens,u_px,v_px,exposed_gps_s,east_m,north_m,up_m,sigma_east_m,sigma_north_m,sigma_up_m,"
+      "easting_{6},northing_{6},height_{7},latitude_deg,longitude_deg,"
       "distance_m,oblique_deg,scatter_m,points,seconds,why_not\n",
-      origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height,
-      projection.operation().name(), projection.operation().crs(), projection.operation().words());
+      origin.latitude / kRadPerDeg, origin.longitude / kRadPerDeg, origin.ellipsoidal_height, map.name(), map.crs(),
+      map.words(), map.unit().name, map.up_unit().name);
   const auto T_ecef_enu = ecef_from_enu(origin);
   for (const survey::PickOutcome& one : outcomes) {
     out += fmt::format(
@@ -53,13 +54,13 @@ std::string table(const std::vector<survey::PickOutcome>& outcomes, const Geodet
       continue;
     }
     const fusion::MeasuredObject& object = *one.object;
-    const Eigen::Vector3d p = object.p_enu, map = projection.project(p.x(), p.y(), p.z());
+    const Eigen::Vector3d p = object.p_enu, at = projection.project(p.x(), p.y(), p.z());
     const Geodetic place = to_geodetic(T_ecef_enu * Point<Enu>{p});
     out += fmt::format(
         "{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.10f},{:.10f},{:.3f},{:.1f},{:.4f},{},{:.2f},"
         "\n",
         p.x(), p.y(), p.z(), std::sqrt(object.covariance(0, 0)), std::sqrt(object.covariance(1, 1)),
-        std::sqrt(object.covariance(2, 2)), map.x(), map.y(), map.z(), place.latitude / kRadPerDeg,
+        std::sqrt(object.covariance(2, 2)), at.x(), at.y(), at.z(), place.latitude / kRadPerDeg,
         place.longitude / kRadPerDeg, object.distance_m, object.oblique_deg, object.scatter_m, object.points,
         object.seconds);
   }

@@ -28,7 +28,7 @@ Status PanoramaTables::set_map(const survey::DrivePanorama& first) {
   auto operation = storage::MapOperation::create(first.origin, map_, storage::decimal_year(to_utc(first.time)));
   if (!operation) return operation.error();
   operation_ = std::move(*operation);
-  own_ = survey::panorama_table_head();
+  own_ = survey::panorama_table_head(operation_->unit().name, operation_->up_unit().name);
   navvis_ =
       "# pano poses v1.0: ID; filename; timestamp; pano_pos_x; pano_pos_y; pano_pos_z; pano_ori_w; pano_ori_x; "
       "pano_ori_y; pano_ori_z\n";

@@ -271,15 +271,41 @@ struct SmallE57 {
   std::vector<double> place[3], times;
 };
 
+constexpr const char* kGeographic =
+    R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+
+/// The beginning of a compound CRS: a map in feet.
+std::string map_in_feet() {
+  return std::string(R"(COMPD_CS["both",PROJCS["map in feet",)") + kGeographic +
+         R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",9],PARAMETER["scale_factor",1],PARAMETER["false_easting",3937],PARAMETER["false_northing",0],UNIT["US survey foot",0.304800609601219]],)";
+}
+
+TEST(ExportE57, KeepsHeightsAboveTheEllipsoidOfAMapInFeet) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "feet.las", 40);
+  change_crs(folder / "feet.las",
+             map_in_feet() +
+                 R"wkt(VERT_CS["Ellipsoid (metre)",VERT_DATUM["Ellipsoid",2002],UNIT["metre",1],AXIS["Up",UP]]])wkt");
+  const auto done = export_e57(folder / "feet.las", folder / "feet.e57", "a program");
+  ASSERT_TRUE(done) << done.error().message;
+  const SmallE57 e57(folder / "feet.e57");
+  std::vector<LasPoint> points;
+  ASSERT_TRUE(LasReader::open(folder / "feet.las")->next(points));
+  ASSERT_EQ(points.size(), 40u);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(e57.place[0][i], points[i].x * 1200 / 3937, 1e-6);
+    EXPECT_NEAR(e57.place[2][i], points[i].z, 1e-9);
+  }
+  EXPECT_NE(e57.xml.find("&quot;false_easting&quot;,1200]"), std::string::npos) << e57.xml;
+  EXPECT_NE(e57.xml.find("VERT_DATUM[&quot;Ellipsoid&quot;,2002"), std::string::npos) << e57.xml;
+  EXPECT_EQ(e57.xml.find("foot"), std::string::npos) << e57.xml;
+}
+
 TEST(ExportE57, CountsInMetresAndFromTheEarliestPoint) {
   const TemporaryFolder folder;
   write_cloud(folder / "feet.las", 40);
-  const std::string geographic =
-      R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
-  change_crs(
-      folder / "feet.las",
-      R"(COMPD_CS["both",PROJCS["map in feet",)" + geographic +
-          R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",9],PARAMETER["scale_factor",1],PARAMETER["false_easting",3937],PARAMETER["false_northing",0],UNIT["US survey foot",0.304800609601219]],VERT_CS["heights",VERT_DATUM["a datum",2005],UNIT["foot",0.3048]]])");
+  change_crs(folder / "feet.las",
+             map_in_feet() + R"(VERT_CS["heights",VERT_DATUM["a datum",2005],UNIT["foot",0.3048]]])");
   // The first point is the latest, as in the order of an octree.
   std::string bytes = contents(folder / "feet.las");
   std::uint32_t first = 0;
@@ -314,7 +340,7 @@ TEST(ExportE57, CountsInMetresAndFromTheEarliestPoint) {
   EXPECT_EQ(e57.xml.find("foot"), std::string::npos) << e57.xml;
 
   write_cloud(folder / "degrees.las", 40);
-  change_crs(folder / "degrees.las", geographic);
+  change_crs(folder / "degrees.las", kGeographic);
   EXPECT_EQ(export_e57(folder / "degrees.las", folder / "degrees.e57", "").error().code, ErrorCode::Invalid);
   EXPECT_FALSE(std::filesystem::exists(folder / "degrees.e57"));
 }

@@ -80,6 +80,25 @@ TEST(MapOperation, MeetsCs2csWithinAMillimetre) {
        {.crs = "EPSG:32613+5773", .accuracy_m = 1},
        "EPSG:4979"},
       {"Sweden, SWEREF99 TM", place(59.3, 18.1), {.crs = "EPSG:3006"}, "EPSG:4977", true},
+      {"California, US survey feet", place(34.05, -118.25), {.crs = "EPSG:6424"}, "EPSG:6319", false, true},
+      {"California, NAD83 itself",
+       place(34.05, -118.25),
+       {.crs = "EPSG:2229", .datum = "EPSG:4269"},
+       "EPSG:4269",
+       false,
+       true},
+      {"Arizona, feet, transverse Mercator",
+       place(33.5, -110.1),
+       {.crs = "EPSG:2222", .datum = "EPSG:4269"},
+       "EPSG:4269",
+       false,
+       true},
+      {"Florida, US survey feet, transverse Mercator",
+       place(25.8, -80.2),
+       {.crs = "EPSG:6438"},
+       "EPSG:6319",
+       false,
+       true},
       {"Poland, its own datum", place(52.2, 21.0), {.crs = "EPSG:2180"}, "EPSG:9701", true},
   };
   for (const Case& one : cases) {
@@ -92,6 +111,37 @@ TEST(MapOperation, MeetsCs2csWithinAMillimetre) {
     std::printf("%-48s %s\n", one.country, map->words().c_str());
     for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(ours[i], theirs[i], 1e-3) << one.country;
     EXPECT_NEAR(ours[2], one.keeps_height ? one.at.ellipsoidal_height : theirs[2], 1e-3) << one.country;
+  }
+}
+
+TEST(MapOperation, AMapInFeetSaysSoToOthers) {
+  struct Feet {
+    const char *crs, *datum, *unit;
+    double metres;
+    Geodetic at;
+  };
+  for (const Feet& one : {Feet{"EPSG:2229", "EPSG:4269", "ftUS", 1200.0 / 3937, place(34.05, -118.25)},
+                          Feet{"EPSG:2222", "EPSG:4269", "ft", 0.3048, place(33.5, -110.1)},
+                          Feet{"EPSG:32611", "", "m", 1, place(34, -118)}}) {
+    const auto map = MapOperation::create(one.at, {.crs = one.crs, .datum = one.datum}, 2026);
+    ASSERT_TRUE(map.ok()) << map.error().message;
+    EXPECT_STREQ(map->unit().name, one.unit);
+    EXPECT_STREQ(map->up_unit().name, "m");
+    const ProjContext context;
+    const ProjObject read(proj_create(context.get(), map->wkt().c_str()));
+    ASSERT_EQ(proj_get_type(read.get()), PJ_TYPE_PROJECTED_CRS) << map->wkt();  // heights above the ellipsoid included
+    const ProjObject axes(proj_crs_get_coordinate_system(context.get(), read.get()));
+    for (const int axis : {0, 1, 2}) {
+      double metres = 0;
+      proj_cs_get_axis_info(context.get(), axes.get(), axis, nullptr, nullptr, nullptr, &metres, nullptr, nullptr,
+                            nullptr);
+      EXPECT_NEAR(metres, axis < 2 ? one.metres : 1, 1e-12) << map->wkt();
+    }
+    // Ten metres to the north are ten metres on the map, up to its scale.
+    Geodetic north = one.at;
+    north.latitude += 10 / 6.36e6;
+    const auto a = map->apply(one.at), b = map->apply(north);
+    EXPECT_NEAR(std::hypot(a[0] - b[0], a[1] - b[1]) * one.metres, 10, 0.05);
   }
 }
 

@@ -87,7 +87,7 @@ TEST(Projection, RefusesAWrongCodeWithItsReason) {
   const Geodetic munich{48.137 * kRad, 11.575 * kRad, 560};
   const std::pair<const char*, const char*> wrong[] = {{"EPSG:99999", "not known"},
                                                        {"EPSG:4326", "not a projected CRS"},
-                                                       {"EPSG:2263", "only metres"},
+                                                       {"EPSG:2314", "only metres, feet and US survey feet"},
                                                        {"EPSG:32756", "the drive is at"},
                                                        {"EPSG:31468", "in which no GNSS service gives positions"}};
   for (const auto& [crs, reason] : wrong) {
