@@ -38,15 +38,12 @@ std::string utc(const char* format) {
 /// (apps/exit_code.hpp).
 bool is_failure(int exit_status) { return exit_status == 1 || exit_status == 4 || exit_status >= 128; }
 
-const std::vector<std::string> kSimulatedPorts = {"--data-port", "42368",    "--position-port", "48308",
-                                                  "--pos-port",  "43001",    "--can-port",      "40000",
-                                                  "--address",   "127.0.0.2"};
-
 }  // namespace
 
 DriveControl::DriveControl(boost::asio::io_context& io, Places places)
     : io_(io),
       places_(std::move(places)),
+      programs_(places_),
       timer_(io),
       check_({{"state", "none"},
               {"rig", nullptr},
@@ -58,13 +55,6 @@ DriveControl::DriveControl(boost::asio::io_context& io, Places places)
 void DriveControl::start() {
   find_feed();
   look();
-}
-
-fs::path DriveControl::work(const std::string& file) const {
-  const fs::path folder = places_.drives / ".console";
-  std::error_code ignored;  // shows when the file is written
-  fs::create_directories(folder, ignored);
-  return folder / file;
 }
 
 void DriveControl::look() {
@@ -104,11 +94,11 @@ void DriveControl::find_feed() {
   std::error_code failed;
   // The one that this console has started comes first: a folder may hold more than is looked at.
   if (step_ != Step::Idle && !drive_.empty()) {
-    const fs::path folder = is_replay_ ? places_.drives / ".replay" : places_.drives;
+    const fs::path folder = is_replay_ ? programs_.replays() : places_.drives;
     const fs::path socket = folder / drive_ / feed::kSocketName;
     if (fs::is_socket(socket, failed) && try_feed(socket)) return;
   }
-  for (const fs::path& folder : {places_.drives, places_.drives / ".replay"}) {
+  for (const fs::path& folder : {places_.drives, programs_.replays()}) {
     std::size_t seen = 0;
     for (fs::directory_iterator at(folder, failed), end; !failed && at != end && seen < Places::kMostDrives;
          at.increment(failed), ++seen) {
@@ -193,11 +183,11 @@ void DriveControl::take_status(const std::string& text) {
 }
 
 /// Takes the end of a program: it becomes `last` of the state.
-void DriveControl::take_end(const char* what, Child& child, const fs::path& said) {
+void DriveControl::take_end(const char* what, Child& child) {
   const auto status = child.take_end();
   if (!status || next_) return;
   if (!is_replay_ && step_ != Step::Stopping && is_failure(*status)) alarms_.set(Alarms::kEnded, true);
-  last_ = {{"drive", drive_}, {"what", what}, {"exit_status", *status}, {"text", last_lines(said, 4000)}};
+  last_ = {{"drive", drive_}, {"what", what}, {"exit_status", *status}, {"text", programs_.drive_said()}};
   step_ = Step::Idle;
   player_.ask_to_end();
 }
@@ -205,7 +195,7 @@ void DriveControl::take_end(const char* what, Child& child, const fs::path& said
 void DriveControl::watch_programs() {
   if (checker_.is_running())
     if (const auto status = checker_.take_end()) {
-      const ordered_json found = read_json(work("check.json"));
+      const ordered_json found = programs_.checked();
       check_["state"] = "failed";
       if (found.is_object() && found.contains("items")) {
         check_["state"] = "done";
@@ -213,38 +203,25 @@ void DriveControl::watch_programs() {
         for (const char* part : {"items", "lenses", "checklist"})
           check_[part] = found.value(part, ordered_json::array());
       } else {
-        check_["error"] =
-            fmt::format("the check ended with status {}: {}", *status, last_lines(work("check.log"), 2000));
+        check_["error"] = fmt::format("the check ended with status {}: {}", *status, programs_.check_said());
       }
     }
   if (renderer_.is_running())
     if (const auto status = renderer_.take_end()) {
       if (*status != 0 || step_ == Step::Stopping) {
-        last_ = {{"drive", drive_},
-                 {"what", "simulate"},
-                 {"exit_status", *status},
-                 {"text", last_lines(work("simulate.log"), 4000)}};
+        last_ = {{"drive", drive_}, {"what", "simulate"}, {"exit_status", *status}, {"text", programs_.render_said()}};
         step_ = Step::Idle;
       } else {
-        std::vector<std::string> words{places_.hueline,
-                                       "simulate",
-                                       places_.scenarios / (scenario_ + ".yaml"),
-                                       "--out",
-                                       work("sim-" + scenario_),
-                                       "--play",
-                                       "--pps-socket",
-                                       work("pps.sock")};
-        words.insert(words.end(), kSimulatedPorts.begin(), kSimulatedPorts.end());
-        auto player = Child::start(words, work("devices.log"));
+        auto player = programs_.emulate(scenario_);
         if (player.ok()) player_ = *player;
-        const Status run = player.ok() ? run_capture(work("sim-" + scenario_ + ".yaml")) : Status(player.error());
+        const Status run = player.ok() ? run_capture(programs_.rig_of(scenario_)) : Status(player.error());
         if (!run.ok()) {
           last_ = {{"drive", drive_}, {"what", "capture"}, {"exit_status", 1}, {"text", run.error().message}};
           step_ = Step::Idle;
         }
       }
     }
-  if (capture_.is_running()) take_end(is_replay_ ? "replay" : "capture", capture_, work("capture.log"));
+  if (capture_.is_running()) take_end(is_replay_ ? "replay" : "capture", capture_);
   if (player_.is_running()) (void)player_.take_end();
 }
 
@@ -302,10 +279,7 @@ Status DriveControl::check(const std::string& rig, double seconds) {
     return Error{ErrorCode::Unavailable, fmt::format("the console is {}: wait, or stop the drive", state_word())};
   const auto path = places_.rig_path(rig);
   if (!path.ok()) return path.error();
-  auto checker = Child::start(
-      {places_.hueline, "check", *path, "--json", "--disk", places_.drives, "--seconds",
-       fmt::format("{:.1f}", std::clamp(seconds, 3.0, 60.0)), "--hours", fmt::format("{:.1f}", places_.check_hours)},
-      work("check.log"), work("check.json"));
+  auto checker = programs_.check(*path, std::clamp(seconds, 3.0, 60.0));
   if (!checker.ok()) return checker.error();
   checker_ = *checker;
   check_ = {{"state", "running"},
@@ -321,9 +295,7 @@ Status DriveControl::check(const std::string& rig, double seconds) {
 }
 
 Status DriveControl::run_capture(const std::string& rig) {
-  std::vector<std::string> words{places_.hueline, "capture", rig, "--out", places_.drives / drive_, "--quiet"};
-  if (!scenario_.empty()) words.emplace_back("--until-silent");
-  auto capture = Child::start(words, work("capture.log"));
+  auto capture = programs_.capture(rig, drive_, !scenario_.empty());
   if (!capture.ok()) return capture.error();
   capture_ = *capture;
   step_ = Step::Starting;
@@ -363,12 +335,7 @@ Result<std::string> DriveControl::drive(const std::string& rig, const std::strin
     const auto names = places_.scenario_names();
     if (std::ranges::find(names, scenario) == names.end())
       return Error{ErrorCode::Invalid, "there is no such scenario: the console was started without it"};
-    std::vector<std::string> words{
-        places_.hueline,         "simulate",    places_.scenarios / (scenario + ".yaml"), "--out",
-        work("sim-" + scenario), "--write-rig", work("sim-" + scenario + ".yaml"),        "--pps-socket",
-        work("pps.sock")};
-    words.insert(words.end(), kSimulatedPorts.begin(), kSimulatedPorts.end());
-    auto renderer = Child::start(words, work("simulate.log"));
+    auto renderer = programs_.render(scenario);
     if (!renderer.ok()) return renderer.error();
     renderer_ = *renderer;
     step_ = Step::Rendering;
@@ -398,12 +365,7 @@ Result<std::string> DriveControl::replay(const std::string& drive, double speed,
 Status DriveControl::run_replay(const Replay& wanted) {
   const auto recording = places_.file_of(drive_, "drive.mcap");
   if (!recording.ok()) return recording.error();
-  std::error_code ignored;
-  fs::remove_all(places_.drives / ".replay", ignored);  // the last replay: it can be made again
-  auto replay =
-      Child::start({places_.hueline, "replay", *recording, "--out", places_.drives / ".replay" / drive_, "--speed",
-                    fmt::format("{:.3f}", wanted.speed), "--from", fmt::format("{:.3f}", wanted.from_s)},
-                   work("capture.log"));
+  auto replay = programs_.replay(*recording, drive_, wanted.speed, wanted.from_s);
   if (!replay.ok()) return replay.error();
   capture_ = *replay;
   replay_ = wanted;

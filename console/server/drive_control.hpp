@@ -15,6 +15,7 @@
 #include "console/server/alarms.hpp"
 #include "console/server/feed_link.hpp"
 #include "console/server/places.hpp"
+#include "console/server/programs.hpp"
 #include "core/child.hpp"
 #include "core/result.hpp"
 
@@ -78,19 +79,19 @@ class DriveControl {
   void watch_programs();
   void find_feed();
   bool try_feed(const std::filesystem::path& socket);
-  void take_end(const char* what, Child& child, const std::filesystem::path& said);
+  void take_end(const char* what, Child& child);
   Status run_capture(const std::string& rig);
   void take_status(const std::string& json);
   Status run_replay(const Replay& wanted);
   void run_next_replay();
   void send_command(nlohmann::ordered_json command, std::function<void(const std::string& error)> done);
   void changed();
-  std::filesystem::path work(const std::string& file) const;
   bool is_busy() const;
   const char* state_word() const;
 
   boost::asio::io_context& io_;
   const Places places_;
+  const Programs programs_;
   boost::asio::steady_timer timer_;
   Step step_ = Step::Idle;
   bool is_replay_ = false;
