@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "apps/commands.hpp"
@@ -14,9 +17,12 @@
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
 #include "core/input_folder.hpp"
+#include "storage/journal_reader.hpp"
 
 namespace hueline::apps {
 namespace {
+
+constexpr std::uint64_t kMostRig = 1'000'000;  // bytes, as of a configuration that is read
 
 struct ImportCommandOptions {
   std::string bag, out, origin, map;
@@ -33,7 +39,24 @@ std::optional<Geodetic> parse_origin(const std::string& text) {
   return Geodetic{latitude * kDegree, longitude * kDegree, height};
 }
 
-int import_recording(const ImportCommandOptions& options) {
+/// Returns an error if the folder has a rig that is not as an earlier import into it wrote it: somebody has completed
+/// it.
+Status check_rig_place(const std::filesystem::path& folder) {
+  const std::filesystem::path rig = folder / "rig.yaml";
+  std::error_code failed;
+  if (!std::filesystem::exists(rig, failed)) return {};
+  const auto text = read_input(rig, kMostRig, "a rig");
+  const auto earlier = storage::JournalReader::open(folder / "drive.mcap");
+  if (text.ok() && earlier.ok())
+    for (const auto& file : (*earlier)->header().files)
+      if (file.name == "rig.yaml" && file.text == *text) return {};
+  return Error{ErrorCode::Io,
+               fmt::format("write {}: File exists, and is not as an import wrote it: choose another folder or move it "
+                           "away; --force replaces it",
+                           rig.string())};
+}
+
+int import_recording(const ImportCommandOptions& options, bool is_forced) {
   ImportOptions what{options.bag, options.out, {}, options.map, options.clouds, options.images, options.poses};
   if (!options.origin.empty()) {
     what.origin = parse_origin(options.origin);
@@ -48,6 +71,10 @@ int import_recording(const ImportCommandOptions& options) {
       log_error(file.error().message);
       return kInputUnreadable;
     }
+  if (const Status free = is_forced ? Status() : check_rig_place(options.out); !free.ok()) {
+    log_error(free.error().message);
+    return kOutputRefused;
+  }
   const auto done = import_bag(what);
   if (!done.ok()) {
     log_error(done.error().message);
@@ -99,7 +126,7 @@ void add_import(Command& all) {
       "Exit status: 0; 2 if a topic or the map cannot be used; 3 if the recording could be read only in part, or "
       "nothing of it can be used; 5 if it gives no packet.\n"
       "More: docs/operating.md");
-  command.runs([options] { return import_recording(*options); });
+  command.runs([options, command] { return import_recording(*options, command.is_given("--force")); });
 }
 
 }  // namespace hueline::apps

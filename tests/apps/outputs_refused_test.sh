@@ -50,6 +50,9 @@ done
 refused "write other.mcap: $there$" other.mcap -- "$hueline" measure drive --picks picks.csv --out other.mcap
 refused "write other.mcap: $there$" other.mcap -- "$hueline" extract drive --sensor pos --out other.mcap
 refused "write drive/drive.mcap: $there; --force replaces it" drive/drive.mcap -- "$hueline" import absent.bag --out drive
+mkdir completed; cp rig.yaml completed
+refused "write completed/rig.yaml: File exists, and is not as an import wrote it" completed/rig.yaml -- "$hueline" import nothing.gps --out completed
+ends 3 "$hueline" import nothing.gps --out completed --force
 : >empty.mcap  # as mktemp leaves it
 ends 0 "$hueline" cut drive --out empty.mcap
 ends 0 "$hueline" cut drive --out part.mcap
