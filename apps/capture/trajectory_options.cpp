@@ -42,6 +42,13 @@ void TrajectoryOptions::declare(Command& command, const std::string& prefix) {
   command.reads(sbet).reads(smrmsg);
 }
 
+Status TrajectoryOptions::check_files() const {
+  for (const std::string& path : {sbet, smrmsg})
+    if (!path.empty())
+      if (const auto file = InputFile::open(path); !file.ok()) return file.error();
+  return {};
+}
+
 Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(
     const runtime::PostTrajectory::OwnSolutions& own) const {
   if (sbet.empty()) {
@@ -49,10 +56,7 @@ Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(
     return Error{ErrorCode::Invalid,
                  "--trajectory-sigma and --trajectory-point belong to --trajectory, which is missing"};
   }
-  // Known before the recording is read, which takes long.
-  for (const std::string& path : {sbet, smrmsg})
-    if (!path.empty())
-      if (const auto file = InputFile::open(path); !file.ok()) return file.error();
+  if (Status there = check_files(); !there.ok()) return there.error();
   runtime::PostTrajectory::Config config{sbet, smrmsg, time == "utc", {}};
   if (!point.empty()) {
     const auto parsed = parse_point(point);

@@ -15,6 +15,8 @@ struct TrajectoryOptions {
   /// Declares the options of `command`. Their help begins with `prefix`. This object must live until the command has
   /// run.
   void declare(Command& command, const std::string& prefix = {});
+  /// Returns why one of the files cannot be opened; ok if the user names none.
+  Status check_files() const;
   /// Opens the trajectory and compares it with the POS's solutions of the drive. Returns null if the user names none.
   /// Errors: those of PostTrajectory::open(); Invalid for a point that is none.
   Result<std::unique_ptr<runtime::PostTrajectory>> open(const runtime::PostTrajectory::OwnSolutions& own) const;

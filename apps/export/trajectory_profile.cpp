@@ -57,6 +57,10 @@ class TrajectoryProfile : public ExportProfile {
       log_error(place.error().message);
       return kWrongUse;
     }
+    if (const Status there = words.trajectory.check_files(); !there.ok()) {
+      log_error(there.error().message);
+      return opening_status(there.error());
+    }
     auto file = products::TrajectoryFile::create(words.out, recording->rig.name);
     if (!file.ok()) {
       log_error(file.error().message);
