@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -31,12 +32,17 @@ struct CalibrateLensOptions {
   std::string date;
 };
 
+/// The words of --board.
+constexpr std::array<std::pair<const char*, BoardKind>, 5> kBoards{{{"chessboard", BoardKind::Chessboard},
+                                                                    {"circles", BoardKind::Circles},
+                                                                    {"asymmetric_circles", BoardKind::AsymmetricCircles},
+                                                                    {"charuco", BoardKind::Charuco},
+                                                                    {"aprilgrid", BoardKind::AprilGrid}}};
+
 Board board_of(const CalibrateLensOptions& options) {
   Board board;
-  board.kind = options.board == "chessboard"  ? BoardKind::Chessboard
-               : options.board == "circles"   ? BoardKind::AsymmetricCircles
-               : options.board == "aprilgrid" ? BoardKind::AprilGrid
-                                              : BoardKind::Charuco;
+  for (const auto& [word, kind] : kBoards)
+    if (options.board == word) board.kind = kind;
   int read = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d%n", &board.columns, &board.rows, &read) != 2 ||
       static_cast<std::size_t>(read) != options.size.size())
@@ -161,6 +167,36 @@ Status write_reports(const std::filesystem::path& out, const LensCalibration& fo
   return {};
 }
 
+/// Returns what users may have meant where no image shows `board`: the squares of a chessboard counted instead of its
+/// inner corners, columns and rows exchanged, or the other grid of circles. Empty: nothing of it shows in the first
+/// images either.
+std::string board_meant(const std::vector<std::filesystem::path>& images, const Board& board) {
+  std::vector<std::pair<Board, std::string>> others;
+  const auto add = [&](BoardKind kind, int columns, int rows, const std::string& what) {
+    Board other = board;
+    other.kind = kind, other.columns = columns, other.rows = rows;
+    if (other.validate().empty()) others.emplace_back(other, fmt::format(fmt::runtime(what), columns, rows));
+  };
+  const int columns = board.columns, rows = board.rows;
+  if (board.kind == BoardKind::Chessboard)
+    add(board.kind, columns - 1, rows - 1, "a chessboard of {0} x {1} inner corners: --size {0}x{1}");
+  if (board.kind == BoardKind::AsymmetricCircles) {
+    add(board.kind, rows, columns, "a grid of {0} circles in each of {1} rows: --size {0}x{1}");
+    add(BoardKind::Circles, columns, rows, "{} x {} circles in straight rows and columns: --board circles");
+  }
+  if (board.kind == BoardKind::Circles)
+    add(BoardKind::AsymmetricCircles, columns, rows,
+        "rows of {} circles of which every other one is shifted: --board asymmetric_circles");
+  constexpr std::size_t kTried = 3;
+  for (std::size_t i = 0; i < std::min(kTried, images.size()); ++i) {
+    const auto image = read_grey_image(images[i].string());
+    if (!image.ok()) continue;
+    for (const auto& [other, what] : others)
+      if (find_board(*image, other).ok()) return fmt::format("{} shows {}", images[i].filename().string(), what);
+  }
+  return {};
+}
+
 int run(const CalibrateLensOptions& options) {
   const Board board = board_of(options);
   const auto images = images_of(options.images);
@@ -170,8 +206,11 @@ int run(const CalibrateLensOptions& options) {
   context.unseen = seen.unseen;
   if (seen.views.empty()) {
     for (const auto& text : context.unseen) log_warning("left out: {}", text);
-    log_error("none of {} images shows the board: is --size right ({})?", images.size(),
-              board.kind == BoardKind::Chessboard ? "inner corners, not squares" : "as the board's maker counts it");
+    const std::string meant = board_meant(images, board);
+    log_error("none of {} images shows the board: {}", images.size(),
+              !meant.empty()                        ? meant
+              : board.kind == BoardKind::Chessboard ? "is --size right (inner corners, not squares)?"
+                                                    : "is --size right (as the board's maker counts it)?");
     return kInputUnreadable;
   }
   LensCalibrationConfig config;
@@ -222,14 +261,18 @@ void add_calibrate_lens(Command& calibrate) {
       "lens",
       "find focal lengths, principal point and distortion of a lens, with their sigmas, from images of a board");
   command.required("IMAGES", options->images, "images of the board, or folders of them");
-  command.setting("--board", options->board, "type of the board", {"chessboard", "circles", "charuco", "aprilgrid"});
+  std::vector<std::string> boards;
+  for (const auto& [word, kind] : kBoards) boards.emplace_back(word);
+  command.setting("--board", options->board,
+                  "type of the board; circles are dark on a light ground; of asymmetric ones every other row is shifted",
+                  boards);
   command.option("--size", options->size,
-                 "columns x rows: inner corners of a chessboard (9x6), circles of an asymmetric grid (4x11), squares "
-                 "of a ChArUco board, tags of an AprilGrid");
+                 "columns x rows: inner corners of a chessboard (9x6), circles (7x5), circles in a row x rows of an "
+                 "asymmetric grid (4x11), squares of a ChArUco board, tags of an AprilGrid");
   command.setting(
       "--spacing-m", options->spacing_m,
-      "edge of a square; circles: distance between two rows; aprilgrid: step from tag to tag, which is Kalibr's "
-      "tagSize x (1 + tagSpacing)",
+      "edge of a square; circles: from centre to centre; asymmetric_circles: distance between two rows; aprilgrid: "
+      "step from tag to tag, which is Kalibr's tagSize x (1 + tagSpacing)",
       {.least = 0.001, .most = 10});
   command.setting("--marker-m", options->marker_m, "charuco, aprilgrid: edge of a marker (Kalibr's tagSize)",
                   {.least = 0.001, .most = 10});

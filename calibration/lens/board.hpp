@@ -10,18 +10,17 @@
 /// Calibration boards, and the pixels at which images show their corners.
 namespace hueline::calibration {
 
-enum class BoardKind : std::uint8_t { Chessboard, AsymmetricCircles, Charuco, AprilGrid };
+enum class BoardKind : std::uint8_t { Chessboard, Circles, AsymmetricCircles, Charuco, AprilGrid };
 
 /// A plane calibration board. Its frame has the origin at the first corner, x along the rows, y along the columns, and
 /// z = 0 on the board.
 struct Board {
   BoardKind kind = BoardKind::Chessboard;
-  /// Chessboard: number of inner corners each way. AsymmetricCircles: circles in a row, where every other row is
-  /// shifted by half a step, and rows. Charuco: number of squares each way.
-  /// AprilGrid: number of tags each way.
+  /// Chessboard: number of inner corners each way. Circles: of circles. AsymmetricCircles: circles in a row, where every
+  /// other row is shifted by half a step, and rows. Charuco: number of squares each way. AprilGrid: of tags.
   int columns = 9, rows = 6;
-  /// Edge of a square, m. AsymmetricCircles: half the distance between neighbours in a row, which is also the distance
-  /// between rows. AprilGrid: from an edge of a tag to the same edge of the next.
+  /// Edge of a square, m. Circles: from centre to centre. AsymmetricCircles: half the distance between neighbours in a
+  /// row, which is also the distance between rows. AprilGrid: from an edge of a tag to the same edge of the next.
   double spacing_m = 0.03;
   double marker_m = 0.02;                  ///< Charuco, AprilGrid: edge of a marker, m
   std::string dictionary = "DICT_4X4_50";  ///< Charuco, AprilGrid: name of the dictionary in OpenCV's aruco module
@@ -63,7 +62,8 @@ Result<GreyImage> read_grey_image(const std::string& path);
 std::vector<std::string> marker_dictionaries();
 
 /// Finds the corners of `board` in `image` and refines each by the grey levels around it: a chessboard by the gradient
-/// condition of cv::cornerSubPix, circles by their centres of gravity. The markers of a Charuco board identify its
+/// condition of cv::cornerSubPix, dark circles by their centres of gravity. In a large image a chessboard is looked for
+/// in a shrunk copy, where a board over an eighth of the image is found, and refined in the whole one. The markers of a Charuco board identify its
 /// corners; its first square may be black or, with an even number of rows, white (OpenCV before 4.6). The tags of an
 /// AprilGrid may have black borders of two bits (Kalibr) or one, and their rows may go up or down from the first. The
 /// corners of other boards may be numbered from either end (a half turn of the board), which does not change a lens

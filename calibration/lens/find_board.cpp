@@ -64,19 +64,71 @@ void refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, int columns,
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
 }
 
-bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px, std::vector<cv::Point2f>& corners) {
+/// Finds the corners of a chessboard, not refined. Without a board OpenCV takes seconds for a million pixels of leaves
+/// or stones, and minutes for ten millions.
+bool see_chessboard(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
   const cv::Size size(board.columns, board.rows);
-  const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
-  if (cv::findChessboardCorners(grey, size, corners, flags)) {
-    refine(grey, corners, board.columns, refine_half_px);
+  if (cv::findChessboardCorners(grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return true;
-  }
   // The sector-based search also finds boards without a light border and under strong distortion. It is slower and
   // finds more false boards.
-  if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE))
-    return false;
+  return cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE);
+}
+
+constexpr double kSearchedLength_px = 1300;  // of the longer side of an image
+constexpr double kSearchedSquare_px = 64;    // the same for each square of the board
+constexpr double kFoundSquare_px = 8;        // edge of the smallest squares that are found: a board over an eighth
+constexpr double kLeastShrinking = 1.5;
+
+/// Returns by how much the image is shrunk for the search of the board; 1: it is searched as it is.
+double search_shrinking(const cv::Size& image, const Board& board) {
+  const double longer = std::max(image.width, image.height);
+  const double searched = std::max(kSearchedLength_px, kSearchedSquare_px * (std::max(board.columns, board.rows) + 1));
+  return longer < kLeastShrinking * searched ? 1 : longer / searched;
+}
+
+/// Finds a chessboard in the image shrunk by `shrinking`, and refines its corners in the whole one.
+bool find_chessboard_shrunk(const cv::Mat& grey, const Board& board, int refine_half_px, double shrinking,
+                            std::vector<cv::Point2f>& corners) {
+  cv::Mat small;
+  cv::resize(grey, small, {}, 1 / shrinking, 1 / shrinking, cv::INTER_AREA);
+  if (!see_chessboard(small, board, corners)) return false;
+  refine(small, corners, board.columns, 0);
+  const float x = static_cast<float>(grey.cols) / static_cast<float>(small.cols),
+              y = static_cast<float>(grey.rows) / static_cast<float>(small.rows);
+  for (cv::Point2f& corner : corners) corner = {(corner.x + 0.5F) * x - 0.5F, (corner.y + 0.5F) * y - 0.5F};
+  const std::vector<cv::Point2f> coarse = corners;
+  refine(grey, corners, board.columns, refine_half_px);
+  // Corners of the small image are known to a fifth of its pixels. Where many move by more than one, the image is
+  // blurred: its edges are wider than the window, and the refinement follows noise.
+  std::size_t far = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) far += cv::norm(corners[i] - coarse[i]) > shrinking;
+  if (10 * far > corners.size()) corners = coarse;
+  return true;
+}
+
+bool find_chessboard(const cv::Mat& grey, const Board& board, int refine_half_px, std::vector<cv::Point2f>& corners) {
+  if (const double shrinking = search_shrinking(grey.size(), board); shrinking > 1)
+    return find_chessboard_shrunk(grey, board, refine_half_px, shrinking, corners);
+  if (!see_chessboard(grey, board, corners)) return false;
   refine(grey, corners, board.columns, refine_half_px);
   return true;
+}
+
+/// Finds the centres of a grid of dark circles on a light ground.
+bool find_circles(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& centres) {
+  // OpenCV's own limit is 5000 px: circles 80 px wide, as photographs show them, would not be seen.
+  cv::SimpleBlobDetector::Params dark;
+  dark.maxArea = static_cast<float>(grey.total()) / static_cast<float>(board.columns * board.rows);
+  std::vector<cv::KeyPoint> blobs;
+  cv::SimpleBlobDetector::create(dark)->detect(grey, blobs);
+  std::vector<cv::Point2f> places;
+  cv::KeyPoint::convert(blobs, places);
+  if (places.size() < board.corner_count()) return false;
+  const cv::Size size(board.columns, board.rows);
+  const int grid = board.kind == BoardKind::Circles ? cv::CALIB_CB_SYMMETRIC_GRID : cv::CALIB_CB_ASYMMETRIC_GRID;
+  return cv::findCirclesGrid(places, size, centres, grid | cv::CALIB_CB_CLUSTERING, nullptr) ||
+         cv::findCirclesGrid(places, size, centres, grid, nullptr);
 }
 
 /// Markers that were seen in an image.
@@ -362,15 +414,15 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
     if (board.kind == BoardKind::Charuco) return find_charuco(grey, board);
     if (board.kind == BoardKind::AprilGrid) return find_aprilgrid(grey, board);
     std::vector<cv::Point2f> corners;
-    const bool seen =
-        board.kind == BoardKind::Chessboard
-            ? find_chessboard(grey, board, refine_half_px, corners)
-            : cv::findCirclesGrid(grey, {board.columns, board.rows}, corners,
-                                  cv::CALIB_CB_ASYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING) ||
-                  cv::findCirclesGrid(grey, {board.columns, board.rows}, corners, cv::CALIB_CB_ASYMMETRIC_GRID);
-    if (!seen || corners.size() != board.corner_count())
-      return Error{ErrorCode::Unavailable,
-                   fmt::format("the board of {} x {} is not completely visible", board.columns, board.rows)};
+    const bool is_chessboard = board.kind == BoardKind::Chessboard;
+    const bool seen = is_chessboard ? find_chessboard(grey, board, refine_half_px, corners)
+                                    : find_circles(grey, board, corners);
+    if (!seen || corners.size() != board.corner_count()) {
+      std::string why = fmt::format("the board of {} x {} is not completely visible", board.columns, board.rows);
+      if (const double shrinking = search_shrinking(grey.size(), board); is_chessboard && shrinking > 1)
+        why += fmt::format(", or its squares are narrower than {:.0f} px", kFoundSquare_px * shrinking);
+      return Error{ErrorCode::Unavailable, why};
+    }
     for (std::size_t i = 0; i < corners.size(); ++i) out.push_back({i, {corners[i].x, corners[i].y}});
   } catch (const cv::Exception& e) {
     return Error{ErrorCode::Unavailable, e.what()};
