@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/exif_orientation.hpp"
 #include "storage/byte_order.hpp"
 
 namespace hueline::storage {
@@ -59,13 +60,14 @@ Result<RgbImage> decode_image(ByteView bytes) {
   return Error{ErrorCode::Unsupported, "is neither a PNG nor a JPEG by its first bytes"};
 }
 
-Result<RgbImage> read_image(const std::filesystem::path& path) {
+Result<StoredImage> read_image(const std::filesystem::path& path) {
   const auto bytes = read_picture_file(path);
   if (!bytes) return bytes.error();
   auto picture = decode_image(*bytes);
   if (picture.ok() && is_png(*bytes)) picture = brightened_png(*bytes, std::move(picture.value()));
   if (!picture) return Error{picture.error().code, path.string() + ": " + picture.error().message};
-  return picture;
+  const std::string_view file(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  return StoredImage{std::move(picture.value()), exif_orientation(file)};
 }
 
 }  // namespace hueline::storage

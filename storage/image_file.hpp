@@ -11,8 +11,14 @@ namespace hueline::storage {
 /// and columns of the sensor. Errors: Malformed; Truncated (a JPEG cut short); Unsupported (another format, or more
 /// than 134 million pixels).
 Result<RgbImage> decode_image(ByteView bytes);
+
+/// An image file: its pixels as stored, and how its EXIF data want it to be shown (core/exif_orientation.hpp).
+struct StoredImage {
+  RgbImage image;
+  int orientation = 1;
+};
 /// Reads a PNG or JPEG file, whatever its name, as decode_image(), and a PNG of 16 bits as brightened_png(). Errors:
 /// also those of read_picture_file().
-Result<RgbImage> read_image(const std::filesystem::path& path);
+Result<StoredImage> read_image(const std::filesystem::path& path);
 
 }  // namespace hueline::storage

@@ -33,11 +33,12 @@ struct CalibrateLensOptions {
 };
 
 /// The words of --board.
-constexpr std::array<std::pair<const char*, BoardKind>, 5> kBoards{{{"chessboard", BoardKind::Chessboard},
-                                                                    {"circles", BoardKind::Circles},
-                                                                    {"asymmetric_circles", BoardKind::AsymmetricCircles},
-                                                                    {"charuco", BoardKind::Charuco},
-                                                                    {"aprilgrid", BoardKind::AprilGrid}}};
+constexpr std::array<std::pair<const char*, BoardKind>, 5> kBoards{
+    {{"chessboard", BoardKind::Chessboard},
+     {"circles", BoardKind::Circles},
+     {"asymmetric_circles", BoardKind::AsymmetricCircles},
+     {"charuco", BoardKind::Charuco},
+     {"aprilgrid", BoardKind::AprilGrid}}};
 
 Board board_of(const CalibrateLensOptions& options) {
   Board board;
@@ -117,6 +118,7 @@ struct SeenBoards {
   Size size;
   std::vector<BoardView> views;     ///< empty if no image shows the board
   std::vector<std::string> unseen;  ///< images that are left out, and why
+  std::size_t turned = 0;           ///< images with the board that their EXIF data turn before they are shown
 };
 
 /// Finds the board in the images. All images of a lens have one size. The size used is the one in which the board was
@@ -135,6 +137,7 @@ SeenBoards find_boards(const std::vector<std::filesystem::path>& images, const B
       out.unseen.push_back(path.filename().string() + ": " + corners.error().message);
       continue;
     }
+    out.turned += image->orientation != 1;
     auto& views = by_size[{static_cast<std::uint32_t>(image->width), static_cast<std::uint32_t>(image->height)}];
     // A copy would count as a view of its own and make the sigmas too small.
     if (const auto same = std::ranges::find(views, *corners, &BoardView::corners); same != views.end())
@@ -149,8 +152,10 @@ SeenBoards find_boards(const std::vector<std::filesystem::path>& images, const B
   for (const auto& [size, seen] : by_size)
     if (size != out.size)
       for (const BoardView& view : seen)
-        out.unseen.push_back(fmt::format("{}: {} x {} px, most views have {} x {}", view.name, size.first, size.second,
-                                         out.size.first, out.size.second));
+        out.unseen.push_back(fmt::format(
+            "{}: {} x {} px, most views have {} x {}{}", view.name, size.first, size.second, out.size.first,
+            out.size.second,
+            size == Size{out.size.second, out.size.first} ? ": another program has turned it by a quarter" : ""));
   return out;
 }
 
@@ -230,6 +235,12 @@ int run(const CalibrateLensOptions& options) {
                         kMostReferenceViews)
           : reference_text(calibrate_with_opencv(*found, options.one_focal));
   print(*found, context);
+  if (seen.turned > 0)
+    std::fputs(fmt::format("{} images are to be shown turned by their EXIF data: the lens is that of the images as "
+                           "stored, {} x {} px (hueline colour: --image-turn)\n",
+                           seen.turned, seen.size.first, seen.size.second)
+                   .c_str(),
+               stdout);
   if (found->adjusted.sigma_px > kUsualSigma_px)
     log_warning(
         "the corners differ from the best lens by {:.1f} px (one sigma), and with good images by 0.1 to 0.5 px: check "
@@ -263,9 +274,9 @@ void add_calibrate_lens(Command& calibrate) {
   command.required("IMAGES", options->images, "images of the board, or folders of them");
   std::vector<std::string> boards;
   for (const auto& [word, kind] : kBoards) boards.emplace_back(word);
-  command.setting("--board", options->board,
-                  "type of the board; circles are dark on a light ground; of asymmetric ones every other row is shifted",
-                  boards);
+  command.setting(
+      "--board", options->board,
+      "type of the board; circles are dark on a light ground; of asymmetric ones every other row is shifted", boards);
   command.option("--size", options->size,
                  "columns x rows: inner corners of a chessboard (9x6), circles (7x5), circles in a row x rows of an "
                  "asymmetric grid (4x11), squares of a ChArUco board, tags of an AprilGrid");

@@ -30,7 +30,7 @@ constexpr double kUsualUnitSigma = 2;  // more than this is no accident with ten
 struct CalibrateMountOptions {
   DriveOptions drive;
   std::string points, lens_file, scanner, out, date;
-  std::string image, cloud, start, image_size = "refuse";
+  std::string image, cloud, start, image_size = "refuse", image_turn = "auto";
   int every = 4, starts = 1;
   double search_time_ms = 50, off_deg = 0, off_ms = 0;
   double sigma_px = 1, sigma_point_m = 0.01, search_deg = 3, far_deg = 30, far_m = 0.5;
@@ -223,7 +223,8 @@ int calibrate_mount(const CalibrateMountOptions& options) {
     if (options.image.empty() || options.cloud.empty() || options.start.empty() || options.lens_file.empty())
       throw config::ConfigError("without targets: give --image, --cloud, --lens and --start");
     return calibrate_shot({options.image, options.cloud, options.lens_file, options.start, options.out, date,
-                           options.image_size, options.search_deg, options.off_deg, options.starts});
+                           options.image_size, options.image_turn, options.search_deg, options.off_deg,
+                           options.starts});
   }
   if (!options.drive.recording.empty() || !options.drive.scenario.empty()) {
     options.drive.check();
@@ -265,6 +266,8 @@ void add_calibrate_mount(Command& calibrate) {
                  "another file that hueline colour reads");
   command.setting("--image-size", options->image_size, std::string("without targets: ") + kImageSizeHelp,
                   kImageSizeWords);
+  command.setting("--image-turn", options->image_turn, std::string("without targets, ") + kImageTurnHelp,
+                  kImageTurnWords);
   command.setting("--search-deg", options->search_deg, "largest error of the start, about each axis",
                   {.least = 0.1, .most = 15});
   options->drive.declare(

@@ -19,6 +19,7 @@
 #include "calibration/mount/shot_alignment.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
+#include "core/exif_orientation.hpp"
 #include "core/output_file.hpp"
 #include "runtime/lens_values.hpp"
 #include "storage/cloud_file.hpp"
@@ -61,6 +62,9 @@ Status read_returns(const std::string& path, Shot& shot) {
 Result<Shot> read_shot(const ShotFiles& files, const fusion::CameraIntrinsics& lens) {
   auto image = read_grey_image(files.image);
   if (!image.ok()) return image.error();
+  if (is_turned(lens, files.lens, image->width, image->height, image->orientation, files.image,
+                image_turn(files.image_turn)))
+    turn_as_shown(image->orientation, image->width, image->height, image->pixels);
   Shot shot;
   if (const Status read = read_returns(files.cloud, shot); !read.ok()) return read.error();
   const fusion::CameraIntrinsics intrinsics =

@@ -7,7 +7,7 @@ namespace hueline::apps {
 /// Options of `calibrate mount` without targets for one image and one cloud of the same moment.
 struct ShotFiles {
   std::string image, cloud, lens, start, out, date;
-  std::string image_size = "refuse";  ///< a word of apps/colour/shot_calibration.hpp
+  std::string image_size = "refuse", image_turn = "auto";  ///< words of apps/colour/shot_calibration.hpp
   double search_deg = 3;
   double off_deg = 0;  ///< above 0: the start is rotated by this, and nothing is written
   int starts = 1;      ///< number of directions of off_deg, one alignment each

@@ -12,6 +12,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
+#include "core/exif_orientation.hpp"
 #include "core/output_file.hpp"
 #include "fusion/shot_outlines.hpp"
 #include "fusion/single_shot.hpp"
@@ -32,7 +33,7 @@ constexpr double kSplat_share = 0.005;  // radius of a point, of its distance
 constexpr double kLeastReach_px = 8;    // within which something nearer is looked for
 
 struct ColourOptions {
-  std::string image, cloud, out, image_size = "refuse", visibility = "on";
+  std::string image, cloud, out, image_size = "refuse", image_turn = "auto", visibility = "on";
   bool compare = false;
   std::vector<std::string> calibration;
 };
@@ -152,10 +153,10 @@ int colour(const ColourOptions& options) {
   if (!calibration.T_lens_scanner)
     throw config::ConfigError(
         "no calibration file says where the laser is: T_lens_scanner: of hueline, or a pose that docs/colour.md lists");
-  const auto image = storage::read_image(options.image);
+  auto stored = storage::read_image(options.image);
   const auto cloud = storage::read_cloud(options.cloud);
-  if (!image.ok() || !cloud.ok()) {
-    log_error(!image.ok() ? image.error().message : cloud.error().message);
+  if (!stored.ok() || !cloud.ok()) {
+    log_error(!stored.ok() ? stored.error().message : cloud.error().message);
     return kInputUnreadable;
   }
   auto placed = placed_points(*cloud, options.cloud);
@@ -163,9 +164,13 @@ int colour(const ColourOptions& options) {
     log_error(placed.error().message);
     return kInputUnreadable;
   }
-  const fusion::CameraIntrinsics lens = fit_to_image(*calibration.intrinsics, calibration.lens_file, image->width,
-                                                     image->height, options.image, other_size(options.image_size));
-  const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image->pixels.data()), std::size_t{3} * lens.width,
+  storage::RgbImage& image = stored->image;
+  if (is_turned(*calibration.intrinsics, calibration.lens_file, image.width, image.height, stored->orientation,
+                options.image, image_turn(options.image_turn)))
+    turn_as_shown(stored->orientation, image.width, image.height, image.pixels);
+  const fusion::CameraIntrinsics lens = fit_to_image(*calibration.intrinsics, calibration.lens_file, image.width,
+                                                     image.height, options.image, other_size(options.image_size));
+  const fusion::RawView view{reinterpret_cast<const std::uint8_t*>(image.pixels.data()), std::size_t{3} * lens.width,
                              lens.width, lens.height, PixelFormat::Rgb8};
   const fusion::CameraModel model(lens);
   const auto tested = fusion::colour_single_shot(placed->points, *calibration.T_lens_scanner, model, view, {});
@@ -223,6 +228,7 @@ void add_colour(Command& all) {
                    "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, or files of "
                    "ROS, OpenCV, Autoware, Kalibr, KITTI, SensorsCalibration and others (docs/colour.md)");
   command.setting("--image-size", options->image_size, kImageSizeHelp, kImageSizeWords);
+  command.setting("--image-turn", options->image_turn, kImageTurnHelp, kImageTurnWords);
   command.setting("--visibility", options->visibility,
                   "on: points behind nearer ones get no colour; off: every point in the image gets one", {"on", "off"});
   command.flag(

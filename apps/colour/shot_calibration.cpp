@@ -9,6 +9,7 @@
 #include "apps/input_error.hpp"
 #include "config/key_reader.hpp"
 #include "config/section.hpp"
+#include "core/exif_orientation.hpp"
 #include "core/mounting.hpp"
 #include "core/remote_store.hpp"
 
@@ -94,6 +95,32 @@ fusion::CameraIntrinsics fit_to_image(const fusion::CameraIntrinsics& lens, cons
     out.principal_point_px = (lens.principal_point_px.array() + 0.5) * scale - 0.5;  // pixel centres at whole numbers
   }
   if (const std::string wrong = out.validate(); !wrong.empty()) throw config::ConfigError(lens_file + ": " + wrong);
+  return out;
+}
+
+const std::vector<std::string> kImageTurnWords = {"auto", "stored", "shown"};
+
+ImageTurn image_turn(const std::string& word) {
+  return word == "shown" ? ImageTurn::Shown : word == "stored" ? ImageTurn::Stored : ImageTurn::Auto;
+}
+
+bool is_turned(const fusion::CameraIntrinsics& lens, const std::string& lens_file, int width, int height,
+               int orientation, const std::string& image_file, ImageTurn turn) {
+  if (orientation == 1) return false;
+  const bool is_decided_by_shape = swaps_sides(orientation) && width != height && lens.width != lens.height;
+  if (turn == ImageTurn::Auto && !is_decided_by_shape)
+    throw config::ConfigError(fmt::format(
+        "{} is to be shown {} by its EXIF data, and {} does not say whether its lens is that of the image as stored or "
+        "as shown. Give --image-turn stored if hueline calibrated it, or a program that leaves EXIF data aside; "
+        "--image-turn shown if a program did that turns photographs, as OpenCV's imread does",
+        image_file, orientation_words(orientation), lens_file));
+  const bool is_lens_as_stored = (lens.width > lens.height) == (width > height);
+  const bool out = turn == ImageTurn::Shown || (turn == ImageTurn::Auto && !is_lens_as_stored);
+  std::fputs(fmt::format("{} is to be shown {} by its EXIF data; it is used as {}{}\n", image_file,
+                         orientation_words(orientation), out ? "shown" : "stored",
+                         turn == ImageTurn::Auto ? ", which has the shape of the lens" : "")
+                 .c_str(),
+             stdout);
   return out;
 }
 

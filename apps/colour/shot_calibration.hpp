@@ -43,6 +43,26 @@ enum class OtherSize {
 fusion::CameraIntrinsics fit_to_image(const fusion::CameraIntrinsics& lens, const std::string& lens_file, int width,
                                       int height, const std::string& image_file, OtherSize other);
 
+/// Which image a lens belongs to, if EXIF data turn the image before it is shown.
+enum class ImageTurn {
+  Auto,    ///< to the one that has the shape of the lens
+  Stored,  ///< to the rows and columns of the file, as `calibrate lens` reads them
+  Shown,   ///< to the image as it is shown, as OpenCV's imread gives it to the programs that use it
+};
+/// The option `--image-turn` and its words.
+extern const std::vector<std::string> kImageTurnWords;
+constexpr const char* kImageTurnHelp =
+    "of a photograph that its EXIF data turn: the lens is that of the image as stored (calibrate lens reads it so), as "
+    "shown (OpenCV's imread turns it so), or auto: of the one whose shape the lens has";
+/// Returns the meaning of a word of kImageTurnWords.
+ImageTurn image_turn(const std::string& word);
+
+/// Returns whether an image of `width` x `height` px, as stored, is to be turned as its EXIF `orientation` shows it, so
+/// that it is the image of `lens`; and prints so. Throws config::ConfigError, which names the option, if `turn` is Auto
+/// and the lens could belong to both.
+bool is_turned(const fusion::CameraIntrinsics& lens, const std::string& lens_file, int width, int height,
+               int orientation, const std::string& image_file, ImageTurn turn);
+
 /// The option `--image-size` and its words.
 extern const std::vector<std::string> kImageSizeWords;
 constexpr const char* kImageSizeHelp =

@@ -162,6 +162,7 @@ class Surveyor {
       camera.frame = without_slash(image->header.frame);
       camera.width = image->width, camera.height = image->height;
       camera.is_grey = image->is_grey;
+      camera.orientation = image->orientation;
       camera.is_compressed = topic.type.ends_with("/CompressedImage");
     }
   }

@@ -18,6 +18,7 @@ struct CameraTopic {
   std::string format{}, frame{};        ///< of the first image that can be read
   std::uint32_t width = 0, height = 0;  ///< px; 0: none can be read
   bool is_grey = false, is_compressed = false;
+  int orientation = 1;          ///< how EXIF data show the first image (core/exif_orientation.hpp)
   std::uint64_t images = 0;     ///< messages
   std::uint64_t unstamped = 0;  ///< those of them whose driver left the stamp 0
   /// The shortest time from a stamp to the recorder's time; negative if stamps are ahead of it.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/exif_orientation.hpp"
 #include "drivers/ros/image_packet.hpp"
 #include "storage/image_file.hpp"
 
@@ -266,7 +267,10 @@ Result<ImageMessage> take_image(std::string_view type, RosReader message, const 
   if (type.ends_with("/CompressedImage")) {
     const CompressedHead head = take_compressed_head(is_foxglove(type), message);
     if (!message.ok()) return broken();
-    return compressed_image(std::move(header), head.format, image, head.bytes, stamp.raised_bits);
+    auto out = compressed_image(std::move(header), head.format, image, head.bytes, stamp.raised_bits);
+    if (out.ok())
+      out->orientation = exif_orientation({reinterpret_cast<const char*>(head.bytes.data()), head.bytes.size()});
+    return out;
   }
   const PlainHead head = take_plain_head(is_foxglove(type), message);
   if (!message.ok()) return broken();

@@ -32,7 +32,8 @@ struct ImageMessage {
   std::string format;         ///< the value of a V4L2 camera's key `format`
   std::uint32_t width = 0, height = 0;
   bool is_grey = false;
-  Buffer packet;  ///< a packet for V4l2Decoder; its stamp is header.stamp, ns since 1970, as the exposure's start
+  int orientation = 1;  ///< how its EXIF data show it (core/exif_orientation.hpp); the packet has it as stored
+  Buffer packet;        ///< a packet for V4l2Decoder; its stamp is header.stamp, ns since 1970, as the exposure's start
 };
 
 /// Returns how many of the 16 bits of its samples, plain or in a PNG, an image uses: 12 if all are below 4096. 0: it

@@ -10,6 +10,7 @@
 
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
+#include "core/exif_orientation.hpp"
 #include "core/json_text.hpp"
 #include "core/printable.hpp"
 
@@ -244,6 +245,11 @@ void ImportRig::add_camera(const std::string& topic, const CameraTopic& camera, 
                                   16 - sensor.raised_bits, 1U << sensor.raised_bits);
   if (camera.unstamped > 0)
     became_[topic] += fmt::format("; {} without a stamp get the recorder's time", camera.unstamped);
+  if (camera.orientation != 1)
+    to_do_.push_back(fmt::format(
+        "{}: its images are to be shown {} by their EXIF data. They are taken as stored, {} x {} px: lens and "
+        "T_head_lens are to be those of the stored image",
+        name, orientation_words(camera.orientation), camera.width, camera.height));
   if (!lens.doubt.empty()) to_do_.push_back(fmt::format("{}: {}", name, lens.doubt));
   if (!lens.why.empty()) tell_not_known(fmt::format("the lens of {}: {}", name, lens.why));
   const bool has_facts = !lens.facts.empty() && survey_->facts.at(lens.facts).why.empty();

@@ -16,8 +16,8 @@ enum class BoardKind : std::uint8_t { Chessboard, Circles, AsymmetricCircles, Ch
 /// z = 0 on the board.
 struct Board {
   BoardKind kind = BoardKind::Chessboard;
-  /// Chessboard: number of inner corners each way. Circles: of circles. AsymmetricCircles: circles in a row, where every
-  /// other row is shifted by half a step, and rows. Charuco: number of squares each way. AprilGrid: of tags.
+  /// Chessboard: number of inner corners each way. Circles: of circles. AsymmetricCircles: circles in a row, where
+  /// every other row is shifted by half a step, and rows. Charuco: number of squares each way. AprilGrid: of tags.
   int columns = 9, rows = 6;
   /// Edge of a square, m. Circles: from centre to centre. AsymmetricCircles: half the distance between neighbours in a
   /// row, which is also the distance between rows. AprilGrid: from an edge of a tag to the same edge of the next.
@@ -52,10 +52,11 @@ struct BoardView {
 struct GreyImage {
   int width = 0, height = 0;
   std::vector<std::uint8_t> pixels;
+  int orientation = 1;  ///< how its file wants it to be shown (core/exif_orientation.hpp); the pixels are as stored
 };
 
-/// Reads a JPEG, PNG, TIFF or BMP file. Rows and columns are as stored; a rotation in EXIF is ignored. Errors: Io,
-/// Malformed, Unsupported (an image of more than 134 million pixels).
+/// Reads a JPEG, PNG, TIFF or BMP file. Rows and columns are as stored; `orientation` has the rotation in the EXIF data
+/// of a JPEG or PNG. Errors: Io, Malformed, Unsupported (an image of more than 134 million pixels).
 Result<GreyImage> read_grey_image(const std::string& path);
 
 /// Returns the names that Board::dictionary may have.
@@ -63,12 +64,12 @@ std::vector<std::string> marker_dictionaries();
 
 /// Finds the corners of `board` in `image` and refines each by the grey levels around it: a chessboard by the gradient
 /// condition of cv::cornerSubPix, dark circles by their centres of gravity. In a large image a chessboard is looked for
-/// in a shrunk copy, where a board over an eighth of the image is found, and refined in the whole one. The markers of a Charuco board identify its
-/// corners; its first square may be black or, with an even number of rows, white (OpenCV before 4.6). The tags of an
-/// AprilGrid may have black borders of two bits (Kalibr) or one, and their rows may go up or down from the first. The
-/// corners of other boards may be numbered from either end (a half turn of the board), which does not change a lens
-/// calibration. Errors: Unavailable (the board is not completely visible; Charuco, AprilGrid: fewer than 6 corners, or
-/// the markers are those of another board), Invalid (wrong board, image too small).
+/// in a shrunk copy, where a board over an eighth of the image is found, and refined in the whole one. The markers of a
+/// Charuco board identify its corners; its first square may be black or, with an even number of rows, white (OpenCV
+/// before 4.6). The tags of an AprilGrid may have black borders of two bits (Kalibr) or one, and their rows may go up
+/// or down from the first. The corners of other boards may be numbered from either end (a half turn of the board),
+/// which does not change a lens calibration. Errors: Unavailable (the board is not completely visible; Charuco,
+/// AprilGrid: fewer than 6 corners, or the markers are those of another board), Invalid (wrong board, image too small).
 Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& board);
 
 }  // namespace hueline::calibration

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "calibration/lens/find_board.hpp"
+#include "core/exif_orientation.hpp"
 #include "core/input_file.hpp"
 #include "core/sample_bits.hpp"
 
@@ -392,7 +393,7 @@ Result<GreyImage> read_grey_image(const std::string& path) {
   }
   if (grey.empty()) return Error{ErrorCode::Io, path + ": cannot be read as an image (JPEG, PNG, TIFF, BMP)"};
   if (grey.total() > kMostPixels) return too_large(grey.total());
-  GreyImage out{grey.cols, grey.rows, {}};
+  GreyImage out{grey.cols, grey.rows, {}, exif_orientation(*bytes)};
   out.pixels.reserve(grey.total());
   for (int row = 0; row < grey.rows; ++row)
     out.pixels.insert(out.pixels.end(), grey.ptr(row), grey.ptr(row) + grey.cols);
@@ -415,8 +416,8 @@ Result<std::vector<SeenCorner>> find_board(const GreyImage& image, const Board& 
     if (board.kind == BoardKind::AprilGrid) return find_aprilgrid(grey, board);
     std::vector<cv::Point2f> corners;
     const bool is_chessboard = board.kind == BoardKind::Chessboard;
-    const bool seen = is_chessboard ? find_chessboard(grey, board, refine_half_px, corners)
-                                    : find_circles(grey, board, corners);
+    const bool seen =
+        is_chessboard ? find_chessboard(grey, board, refine_half_px, corners) : find_circles(grey, board, corners);
     if (!seen || corners.size() != board.corner_count()) {
       std::string why = fmt::format("the board of {} x {} is not completely visible", board.columns, board.rows);
       if (const double shrinking = search_shrinking(grey.size(), board); is_chessboard && shrinking > 1)

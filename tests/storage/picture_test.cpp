@@ -82,12 +82,12 @@ TEST(Png, AnImageOfTwelveBitsIsAsBrightAsItIs) {
     test::write_file(folder / "a.png", bytes);
     const auto image = read_image(folder / "a.png");
     ASSERT_TRUE(image) << image.error().message;
-    EXPECT_EQ(image->at(0, 0), (Rgb{116, 30, 240}));
-    EXPECT_EQ(image->at(1, 0), (Rgb{255, 0, 8}));
+    EXPECT_EQ(image->image.at(0, 0), (Rgb{116, 30, 240}));
+    EXPECT_EQ(image->image.at(1, 0), (Rgb{255, 0, 8}));
   }
   RgbImage night(2, 1, {3, 2, 1});
   ASSERT_TRUE(write_png(folder / "night.png", night));
-  EXPECT_EQ(read_image(folder / "night.png")->pixels, night.pixels) << "8 bits are all there are";
+  EXPECT_EQ(read_image(folder / "night.png")->image.pixels, night.pixels) << "8 bits are all there are";
 }
 
 TEST(Png, TellsWhatIsWrong) {

@@ -172,23 +172,63 @@ TEST_F(Shot, ColourReadsPngAndJpegByTheirContent) {
   EXPECT_NE(none.said.find("neither a PNG nor a JPEG"), std::string::npos) << none.said;
 }
 
-TEST_F(Shot, ATurnInExifIsNotMade) {
+/// A camera that was held upright says so in EXIF data. Its lens may be that of the image as stored, as `calibrate
+/// lens` reads it, or as shown, as OpenCV reads it.
+TEST_F(Shot, APhotographThatExifTurns) {
   const auto jpeg = storage::encode_jpeg(picture(), 100);
   ASSERT_TRUE(jpeg.ok());
-  std::string bytes(reinterpret_cast<const char*>(jpeg->data()), jpeg->size());
-  // One EXIF entry: orientation (0x0112) 6, for a camera that was held upright.
-  bytes.insert(2, std::string("\xFF\xE1\x00\x22"
-                              "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0",
-                              36));
-  write_file(dir / "turned.jpg", bytes);
-  const Ran ran = colour("turned.jpg");
-  ASSERT_EQ(ran.status, 0) << ran.said;
+  const auto write_turned = [&](const std::string& name, char orientation) {
+    std::string bytes(reinterpret_cast<const char*>(jpeg->data()), jpeg->size());
+    std::string exif(
+        "\xFF\xE1\x00\x22"
+        "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x01\0\0\0\0\0\0",
+        36);
+    exif[29] = orientation;
+    write_file(dir / name, bytes.insert(2, exif));
+  };
+  write_turned("upright.jpg", 6);
+  write_turned("head_down.jpg", 3);
+  // The shown image has the upper border of the stored one on its right.
+  write_file(dir / "shown.yaml",
+             "lens: {model: brown, width: 120, height: 160, focal_px: [100, 100], principal_point_px: [59.5, 79.5], "
+             "distortion: [0, 0, 0, 0, 0]}\n"
+             "T_lens_scanner: {position_m: [0, 0, 0], rotation_matrix: [0, 0, 1, 0, -1, 0, 1, 0, 0]}\n");
+  const Ran stored = colour("upright.jpg");
+  ASSERT_EQ(stored.status, 0) << stored.said;
+  EXPECT_NE(stored.said.find("turned by 90 deg to the right by its EXIF data; it is used as stored"), std::string::npos)
+      << stored.said;
   EXPECT_NEAR(cloud()[0].red / 257.0, 67, 4);
-  // `calibrate` reads the image in the same way: it has the size of the lens. It then finds that five points align
-  // nothing.
-  const Ran aligned = run({"calibrate", "mount", "--image", dir / "turned.jpg", "--cloud", dir / "cloud.pcd", "--lens",
-                           dir / "lens.yaml", "--start", dir / "mounting.yaml"});
-  EXPECT_EQ(aligned.said.find("--image-size"), std::string::npos) << aligned.said;
+  EXPECT_NEAR(extra(cloud()[0], "image_v"), 64.5, 1e-4);
+  const Ran shown = colour("upright.jpg", {"shown.yaml"});
+  ASSERT_EQ(shown.status, 0) << shown.said;
+  EXPECT_NE(shown.said.find("it is used as shown"), std::string::npos) << shown.said;
+  EXPECT_NEAR(cloud()[0].red / 257.0, 67, 4) << "the same point has the same colour";
+  EXPECT_NEAR(cloud()[0].green / 257.0, 129, 4);
+  EXPECT_NEAR(extra(cloud()[0], "image_u"), 54.5, 1e-4);
+  EXPECT_NEAR(extra(cloud()[0], "image_v"), 67.0, 1e-4);
+
+  // Upside down it has the same size.
+  const Ran refused = colour("head_down.jpg");
+  EXPECT_EQ(refused.status, 2) << refused.said;
+  EXPECT_NE(refused.said.find("--image-turn stored"), std::string::npos) << refused.said;
+  std::vector<std::string> words = {"colour",          dir / "head_down.jpg", dir / "cloud.pcd",
+                                    dir / "lens.yaml", dir / "mounting.yaml", "--out",
+                                    dir / "out",       "--image-turn",        "stored"};
+  ASSERT_EQ(run(words).status, 0);
+  EXPECT_NEAR(cloud()[0].red / 257.0, 67, 4);
+  words.back() = "shown";
+  ASSERT_EQ(run(words).status, 0);
+  EXPECT_NEAR(cloud()[0].red / 257.0, 159 - 67, 4);
+
+  // The alignment takes the image in the same ways. It then finds that five points align nothing.
+  const auto aligned = [&](const char* image, const char* lens) {
+    return run({"calibrate", "mount", "--image", dir / image, "--cloud", dir / "cloud.pcd", "--lens", dir / lens,
+                "--start", dir / "mounting.yaml"})
+        .said;
+  };
+  EXPECT_NE(aligned("upright.jpg", "lens.yaml").find("it is used as stored"), std::string::npos);
+  EXPECT_NE(aligned("upright.jpg", "shown.yaml").find("it is used as shown"), std::string::npos);
+  EXPECT_NE(aligned("head_down.jpg", "lens.yaml").find("--image-turn stored"), std::string::npos);
 }
 
 /// Parts of this real shot, searched alone, prefer other poses than the whole.

@@ -186,6 +186,19 @@ TEST(ImageMessage, PicturesThatNoCameraSendsBecomePixels) {
   ASSERT_EQ(last.size(), 48u);
   EXPECT_NEAR(last[0], 200, 6);
   EXPECT_NEAR(last[1], 30, 6);
+
+  // EXIF data with an orientation of 6, as of a telephone that is held upright.
+  EXPECT_EQ(several->orientation, 1);
+  const std::string exif(
+      "\xFF\xE1\x00\x22"
+      "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0",
+      36);
+  const auto upright =
+      apps::take_image("sensor_msgs/CompressedImage",
+                       reader(compressed_image("jpeg", progressive.substr(0, 2) + exif + progressive.substr(2))), {});
+  ASSERT_TRUE(upright.ok()) << upright.error().message;
+  EXPECT_EQ(upright->orientation, 6);
+  EXPECT_EQ(row_of(seen(*upright), 15), last) << "the pixels are as stored";
 }
 
 TEST(ImageMessage, AMosaicThatWasCompressedAsGreyKeepsItsColours) {
