@@ -80,12 +80,12 @@ std::vector<std::filesystem::path> images_of(const std::vector<std::string>& nam
   return out;
 }
 
-std::string reference_text(const OpencvLens& reference) {
+std::string reference_text(const OpencvLens& reference, bool is_bent) {
   if (!reference.failure.empty()) return "OpenCV finds no lens from the same corners: " + reference.failure;
   std::string out =
-      fmt::format("OpenCV on the same corners: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion",
-                  reference.lens.focal_px.x(), reference.lens.focal_px.y(), reference.lens.principal_point_px.x(),
-                  reference.lens.principal_point_px.y());
+      fmt::format("OpenCV on the same corners{}: focal {:.3f} {:.3f}, principal point {:.3f} {:.3f}, distortion",
+                  is_bent ? " of a plane board" : "", reference.lens.focal_px.x(), reference.lens.focal_px.y(),
+                  reference.lens.principal_point_px.x(), reference.lens.principal_point_px.y());
   for (const double k : reference.lens.distortion) out += fmt::format(" {:.5f}", k);
   return out + fmt::format(", rms {:.4f} px", reference.rms_px);
 }
@@ -102,6 +102,12 @@ void print(const LensCalibration& found, const LensReportContext& context) {
   for (int i = 0; i < parameter_count(adjusted.lens.model); ++i)
     out += fmt::format("  {:16}{:14.6f} +- {:.6f}\n", names[static_cast<std::size_t>(i)],
                        values[static_cast<std::size_t>(i)], std::sqrt(adjusted.covariance(i, i)));
+  if (found.is_bent())
+    out += fmt::format(
+        "  the board is not plane: its corners are spread over {:.2g} mm across its best plane. Its bend was adjusted "
+        "together "
+        "with the lens; a stiffer board gives smaller sigmas\n",
+        found.board.bend_height() * 1e3);
   for (const ModelTrial& trial : found.trials) out += fmt::format("  {:16}{}\n", name(trial.model), trial.words());
   out += context.reference + "\n";
   for (const auto& text : context.unseen) out += "left out: " + text + "\n";
@@ -229,11 +235,12 @@ int run(const CalibrateLensOptions& options) {
   }
   context.data = fmt::format("{} of {} images, {} {} of {} m", found->views.size(), images.size(), options.board,
                              options.size, options.spacing_m);
+  if (found->is_bent()) context.data += fmt::format(", which is bent by {:.2g} mm", found->board.bend_height() * 1e3);
   context.reference =
       found->views.size() > kMostReferenceViews
           ? fmt::format("OpenCV was not run for comparison: it would take too long for more than {} views",
                         kMostReferenceViews)
-          : reference_text(calibrate_with_opencv(*found, options.one_focal));
+          : reference_text(calibrate_with_opencv(*found, options.one_focal), found->is_bent());
   print(*found, context);
   if (seen.turned > 0)
     std::fputs(fmt::format("{} images are to be shown turned by their EXIF data: the lens is that of the images as "

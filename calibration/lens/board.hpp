@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -12,8 +13,11 @@ namespace hueline::calibration {
 
 enum class BoardKind : std::uint8_t { Chessboard, Circles, AsymmetricCircles, Charuco, AprilGrid };
 
-/// A plane calibration board. Its frame has the origin at the first corner, x along the rows, y along the columns, and
-/// z = 0 on the board.
+/// Number of the terms of second and third degree that describe how a board is bent.
+constexpr std::size_t kBendTerms = 7;
+
+/// A calibration board. Its frame has the origin at the first corner, x along the rows, y along the columns, and z = 0
+/// on a plane board.
 struct Board {
   BoardKind kind = BoardKind::Chessboard;
   /// Chessboard: number of inner corners each way. Circles: of circles. AsymmetricCircles: circles in a row, where
@@ -24,6 +28,8 @@ struct Board {
   double spacing_m = 0.03;
   double marker_m = 0.02;                  ///< Charuco, AprilGrid: edge of a marker, m
   std::string dictionary = "DICT_4X4_50";  ///< Charuco, AprilGrid: name of the dictionary in OpenCV's aruco module
+  /// How the board is bent, m: z of a corner is the sum of these times bend_terms(). All 0: it is plane.
+  std::array<double, kBendTerms> bend_m{};
 
   /// Returns the first wrong setting with its allowed range, or an empty text.
   std::string validate() const;
@@ -32,6 +38,12 @@ struct Board {
   /// Returns the place of a corner in the board's frame, m. The corners of the tags of an AprilGrid are numbered tag by
   /// tag: along x, then along y.
   Eigen::Vector3d corner(std::size_t index) const;
+  /// Returns the terms of `bend_m` at a corner: u2, uv, v2, u3, u2v, uv2, v3, where u and v are its x and y from the
+  /// middle of the board in halves of its longer side.
+  std::array<double, kBendTerms> bend_terms(std::size_t index) const;
+  /// Returns how far the corners are from the plane that fits them best, from the farthest on one side to the farthest
+  /// on the other, m.
+  double bend_height() const;
 };
 
 /// One corner in an image: its index on the board and its pixel. The centre of the first pixel is (0, 0).

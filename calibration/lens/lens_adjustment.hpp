@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace hueline::calibration {
 /// Settings of adjust_lens().
 struct LensAdjustmentConfig {
   bool one_focal = false;  ///< one focal length for both axes (square pixels)
+  bool is_bent = false;    ///< the board's bend_m is adjusted, too
   double robust_px = 0;    ///< width of a Cauchy loss, px; 0: least squares
   int max_iterations = 200;
 };
@@ -19,6 +21,7 @@ struct LensAdjustmentConfig {
 /// The maximum-likelihood lens and board poses.
 struct AdjustedLens {
   LensValues lens;
+  std::array<double, kBendTerms> bend_m{};              ///< Board::bend_m
   std::vector<BoardPose> poses;                         ///< poses of the board, in the order of the views
   std::vector<std::vector<Eigen::Vector2d>> residuals;  ///< seen minus projected pixel of each view's corners
   double rms_px = 0;    ///< root of the mean squared length of the residuals, as OpenCV prints it
@@ -35,7 +38,7 @@ struct AdjustedLens {
   /// One sigma of the focal lengths by the noise of independent corners alone, px.
   Eigen::Vector2d focal_noise_px = Eigen::Vector2d::Zero();
   /// Covariance of LensValues::parameters() by the disagreement of the views, and at least sigma_px squared times the
-  /// inverse normal matrix, from which the poses are eliminated. Fixed parameters have 0.
+  /// inverse normal matrix, from which the poses (and the bend of the board) are eliminated. Fixed parameters have 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> covariance =
       Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
 };

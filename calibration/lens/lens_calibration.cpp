@@ -16,6 +16,8 @@ constexpr double kMedianOfRadius = 1.1774;
 constexpr double kRobust_px = 1.0;
 constexpr double kGoodFit_px = 0.5;
 constexpr int kRounds = 4;
+constexpr std::size_t kFewestToBend = 6;  // views that determine a bent board beside the lens
+constexpr double kLeastBendGain = 5;      // F of 7 and hundreds of degrees of freedom: by chance 1 in 100 000
 constexpr double kVagueFocal =
     0.02;  // From this ratio of standard deviation to focal length on, the views count as too weak to determine a lens.
 
@@ -133,22 +135,19 @@ void drop_unposable(LensCalibration& calibration) {
   });
 }
 
-Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width,
-                                   std::uint32_t height, LensModel model, const LensCalibrationConfig& config) {
-  LensCalibration out;
-  out.board = board;
-  auto first = first_adjustment(board, views, out.rejected_views, model, width, height, config.one_focal);
-  if (!first.ok()) return first.error();
-  out.views = std::move(views);
-  out.adjusted = std::move(*first);
+/// Adjusts lens and poses, and the bend of the board if `is_bent`, by least squares, until no view and no corner
+/// disagrees with the rest. Starts with the views and the lens of `out`.
+Status settle(bool is_bent, const LensCalibrationConfig& config, LensCalibration& out) {
   for (int round = 0; round < kRounds; ++round) {
     const bool any = reject(out, config);
     drop_unposable(out);
     if (out.views.size() < 3) return Error{ErrorCode::Unavailable, "fewer than three views agree with each other"};
     if (round > 0 && !any) break;
-    auto again = adjust_lens(board, out.views, out.adjusted.lens, {.one_focal = config.one_focal});
+    auto again =
+        adjust_lens(out.board, out.views, out.adjusted.lens, {.one_focal = config.one_focal, .is_bent = is_bent});
     if (!again.ok()) return again.error();
     out.adjusted = std::move(*again);
+    out.board.bend_m = out.adjusted.bend_m;
   }
   for (int i = 0; i < 2; ++i) {
     const double sigma = out.adjusted.focal_noise_px[i];
@@ -158,7 +157,7 @@ Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> vi
                                "against the image, differently in each view",
                                out.adjusted.lens.focal_px[i], sigma)};
   }
-  return out;
+  return {};
 }
 
 /// Judges a lens by a view to which it was not fitted, and adds the errors to `sum` and `count`. Returns why the lens
@@ -193,15 +192,66 @@ void predict(const LensCalibration& full, const LensCalibrationConfig& config, M
     for (std::size_t v = 0; v < full.views.size(); ++v)
       (static_cast<int>(v) % folds == fold ? held : rest).push_back(full.views[v]);
     if (rest.size() < 3) return;  // too few views to hold any back
-    const auto adjusted = adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal});
+    const auto adjusted =
+        adjust_lens(full.board, rest, full.adjusted.lens, {.one_focal = config.one_focal, .is_bent = full.is_bent()});
+    Board board = full.board;
+    if (adjusted.ok()) board.bend_m = adjusted->bend_m;
     for (const BoardView& view : held) {
       if (view.corners.size() < kFewestToHalve) continue;
-      const std::string why = adjusted.ok() ? judge_held(full.board, view, adjusted->lens, sum, count)
+      const std::string why = adjusted.ok() ? judge_held(board, view, adjusted->lens, sum, count)
                                             : "the other views alone give no lens: " + adjusted.error().message;
       if (!why.empty()) trial.unpredicted.push_back({view.name, why});
     }
   }
   if (trial.unpredicted.empty() && count > 0) trial.predicted_rms_px = std::sqrt(sum / static_cast<double>(count));
+}
+
+/// Fits a bent board. Returns nothing if the views do not show that it is bent: the squares of the residuals of `flat`
+/// become smaller by what chance gives in one of a hundred thousand calibrations, or views that are held back are
+/// predicted no better. `start`: the first adjustment, whose views and corners are all there, because a bent board's
+/// outer corners may have been left out.
+std::optional<LensCalibration> with_bend(const LensCalibration& start, const LensCalibration& flat,
+                                         const LensCalibrationConfig& config) {
+  if (flat.views.size() < kFewestToBend) return std::nullopt;
+  const auto trial =
+      adjust_lens(flat.board, flat.views, flat.adjusted.lens, {.one_focal = config.one_focal, .is_bent = true});
+  if (!trial.ok()) return std::nullopt;
+  const int redundancy = trial->observations - trial->unknowns;
+  // Where the errors of a view's corners are alike, the gain by chance is larger, too.
+  const double alike = std::max(1.0, trial->disagreement * trial->disagreement);
+  const double gain =
+      (flat.adjusted.cost - trial->cost) / static_cast<double>(kBendTerms) / (trial->cost / redundancy) / alike;
+  if (!(gain > kLeastBendGain)) return std::nullopt;
+  LensCalibration out = start;
+  out.adjusted.lens = trial->lens;
+  out.board.bend_m = trial->bend_m;
+  drop_unposable(out);
+  auto first = adjust_lens(out.board, out.views, trial->lens,
+                           {.one_focal = config.one_focal, .is_bent = true, .robust_px = kRobust_px});
+  if (!first.ok()) return std::nullopt;
+  out.adjusted = std::move(*first);
+  out.board.bend_m = out.adjusted.bend_m;
+  if (!settle(true, config, out).ok()) return std::nullopt;
+  ModelTrial as_flat, as_bent;
+  predict(flat, config, as_flat);
+  predict(out, config, as_bent);
+  if (!as_bent.predicted_rms_px || (as_flat.predicted_rms_px && *as_bent.predicted_rms_px >= *as_flat.predicted_rms_px))
+    return std::nullopt;
+  return out;
+}
+
+Result<LensCalibration> with_model(const Board& board, std::vector<BoardView> views, std::uint32_t width,
+                                   std::uint32_t height, LensModel model, const LensCalibrationConfig& config) {
+  LensCalibration out;
+  out.board = board;
+  auto first = first_adjustment(board, views, out.rejected_views, model, width, height, config.one_focal);
+  if (!first.ok()) return first.error();
+  out.views = std::move(views);
+  out.adjusted = std::move(*first);
+  const LensCalibration start = out;
+  if (const Status settled = settle(false, config, out); !settled.ok()) return settled.error();
+  if (auto bent = with_bend(start, out, config)) return std::move(*bent);
+  return out;
 }
 
 }  // namespace

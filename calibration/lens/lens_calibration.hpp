@@ -52,16 +52,21 @@ struct ModelTrial {
 
 /// A calibrated lens with everything that led to it.
 struct LensCalibration {
-  Board board;
+  Board board;                   ///< with its bend, if the views show that it has one
   std::vector<BoardView> views;  ///< the views used, with the corners used
   AdjustedLens adjusted;
   std::vector<RejectedView> rejected_views;
   std::vector<RejectedCorner> rejected_corners;
   std::vector<ModelTrial> trials;
   std::optional<TwoLenses> two_lenses;  ///< the result is a mean of two lenses; empty if the views are of one
+
+  bool is_bent() const { return board.bend_m != std::array<double, kBendTerms>{}; }
 };
 
 /// Calibrates a lens from views of `board`. `width` and `height` are the size of the images in pixels.
+///
+/// A board that is not plane moves the lens in all views alike, by more than the sigmas say. If the views show that the
+/// board is bent, its bend (Board::bend_m) is adjusted together with the lens.
 ///
 /// A model that cannot pose views to which it was not fitted is not chosen. If `config` names that model, it is fitted
 /// nevertheless and its trial says so.

@@ -88,6 +88,10 @@ std::string lens_json(const LensCalibration& calibration, const LensReportContex
   out["disagreement"] = adjusted.disagreement;
   out["corners"] = adjusted.observations / 2;
   out["redundancy"] = adjusted.observations - adjusted.unknowns;
+  if (calibration.is_bent()) {
+    out["board"]["bend_height_m"] = calibration.board.bend_height();
+    out["board"]["bend_m"] = calibration.board.bend_m;
+  }
   out["covered_angle_deg"] = covered_angle(calibration) * 180 / std::numbers::pi;
   if (calibration.two_lenses) out["two_lenses"] = calibration.two_lenses->words();
   for (const ModelTrial& trial : calibration.trials) {

@@ -184,6 +184,53 @@ TEST(LensCalibration, TheSigmaContainsErrorsThatTheCornersOfAViewHaveInCommon) {
   EXPECT_NEAR(std::sqrt(ratio2), 1, 0.35) << "errors divided by what was stated";
 }
 
+/// A board that is bent by a thousandth of its width moves the lens of all views alike. The views show it.
+TEST(LensCalibration, FindsTheBendOfABoardAndTheLensAllTheSame) {
+  const auto lens = plane_lens();
+  const auto truth = runtime::lens_values(lens).parameters();
+  double ratio2 = 0, error2 = 0, as_plane2 = 0;
+  constexpr int kRuns = 3;
+  for (std::uint32_t run = 0; run < kRuns; ++run) {
+    test::SimulatedBoards what = test::good_views();
+    what.board = test::SimulatedBoards{}.board;
+    what.views = 15;
+    what.seed = 500 + run;
+    Board plane = what.board;
+    // A sheet that is rolled about a diagonal, and warped: a millimetre of 400 mm.
+    what.board.bend_m = {0.6e-3, 1.0e-3, 0.4e-3, 0, -0.4e-3, 0, 0.6e-3};
+    const auto views = simulate_boards(lens, what);
+    const auto found = calibrate_lens(plane, views, lens.width, lens.height, {.model = LensModel::Brown});
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    ASSERT_TRUE(found->is_bent());
+    EXPECT_NEAR(found->board.bend_height(), what.board.bend_height(), 0.1 * what.board.bend_height());
+    EXPECT_NEAR(found->adjusted.sigma_px, 0.1, 0.006) << "the noise that was put in";
+    EXPECT_TRUE(found->rejected_views.empty());
+    const auto as_plane = adjust_lens(plane, views, runtime::lens_values(lens), {});
+    ASSERT_TRUE(as_plane.ok());
+    for (std::size_t i = 0; i < 4; ++i) {
+      const int at = static_cast<int>(i);
+      const double error = found->adjusted.lens.parameters()[i] - truth[i];
+      ratio2 += error * error / found->adjusted.covariance(at, at) / (4 * kRuns);
+      error2 += error * error;
+      as_plane2 += std::pow(as_plane->lens.parameters()[i] - truth[i], 2);
+    }
+  }
+  EXPECT_LT(std::sqrt(ratio2), 1.3) << "errors divided by what was stated";
+  EXPECT_GT(std::sqrt(ratio2), 0.3) << "a sigma so large is met by anything";
+  EXPECT_GT(std::sqrt(as_plane2), 10 * std::sqrt(error2)) << "px, if the board is taken for plane";
+}
+
+TEST(LensCalibration, APlaneBoardIsNotTakenForABentOne) {
+  for (const auto& lens : {plane_lens(), fisheye_lens()})
+    for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+      const auto found =
+          calibrate_lens(test::SimulatedBoards{}.board, simulate_boards(lens, {.views = 10, .seed = seed}), lens.width,
+                         lens.height, {.model = runtime::lens_values(lens).model});
+      ASSERT_TRUE(found.ok()) << found.error().message;
+      EXPECT_FALSE(found->is_bent()) << found->board.bend_height();
+    }
+}
+
 TEST(LensCalibration, NamesTheViewsOfTwoLenses) {
   auto lens = plane_lens();
   std::mt19937 random(12);
