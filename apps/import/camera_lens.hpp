@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -48,8 +49,10 @@ struct ImportedLens {
   std::string facts;  ///< topic of its CameraInfo; empty: there is none
   fusion::CameraIntrinsics lens;
   std::string remark;  ///< what was done with the numbers of the CameraInfo; empty: nothing
-  std::string doubt;   ///< of rectified images: how their lens differs from that of their frame; empty: it does not
-  std::string why;     ///< why `lens` is not known; empty: it is. A lens that is not known is a guess.
+  /// From the lens to the frame of the images; of rectified images it may not be the identity (rectified_place()).
+  Eigen::Isometry3d T_frame_lens = Eigen::Isometry3d::Identity();
+  std::string doubt;  ///< of rectified images: how their lens differs from that of their frame; empty: it does not
+  std::string why;    ///< why `lens` is not known; empty: it is. A lens that is not known is a guess.
 };
 /// Makes the lens of images of `width` x `height` px. Matrices are cut and scaled to this size; rectified images have
 /// the matrix P and no distortion. `facts`: null if there is no CameraInfo.

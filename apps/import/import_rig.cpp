@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "apps/import/rectified_place.hpp"
 #include "core/angle.hpp"
 #include "core/calendar.hpp"
 #include "core/exif_orientation.hpp"
@@ -206,6 +207,14 @@ Status ImportRig::add_cameras(const std::vector<std::string>& wanted, std::chron
     const CameraFacts* facts = found.topic.empty() ? nullptr : &survey_->facts.at(found.topic);
     ImportedLens& lens = lenses[topic] = lens_of(facts, is_rectified(topic), camera.width, camera.height);
     lens.facts = found.topic;
+    if (!lens.doubt.empty())
+      if (const auto known = rectified_place(*facts, survey_->facts, [&](const std::string& of, const std::string& in) {
+            return survey_->tree.place(of, in);
+          })) {
+        lens.T_frame_lens = known->T_frame_lens;
+        lens.remark += (lens.remark.empty() ? "" : "; ") + known->how;
+        lens.doubt.clear();
+      }
     if (!facts && !survey_->facts.empty())
       lens.why = fmt::format("no CameraInfo is of the frame \"{}\" of its images", camera.frame);
     if (facts && !found.is_of_frame && lens.why.empty())
@@ -284,7 +293,8 @@ void ImportRig::tell_not_known(std::string what) {
 std::string ImportRig::lens_text(const std::string& name, const std::string& frame, const ImportedLens& imported) {
   const fusion::CameraIntrinsics& lens = imported.lens;
   const bool is_fisheye = lens.model == fusion::LensModel::KannalaBrandt;
-  const auto place = place_of(frame);
+  auto place = place_of(frame);
+  if (place) *place = *place * imported.T_frame_lens;
   // Without a tree: looking forward.
   Eigen::Isometry3d forward = Eigen::Isometry3d::Identity();
   forward.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/import/camera_lens.hpp"
+#include "apps/import/rectified_place.hpp"
 #include "tests/rosbag/camera_message.hpp"
 
 namespace hueline {
@@ -153,6 +154,52 @@ TEST(CameraLens, OfRectifiedImagesSaysHowTheirCameraIsPlaced) {
       << doubt(info);
   info.R = {};
   EXPECT_EQ(doubt(info), "") << "it is not given";
+}
+
+/// Two cameras of a pair, 0.2 m apart, turned by half a degree each to be parallel.
+TEST(CameraLens, ThePlaceOfRectifiedImagesShowsByThePairsFrames) {
+  CameraInfo left, right;
+  left.frame = "left", right.frame = "right";
+  const double c = std::cos(0.009), s = std::sin(0.009);
+  left.R = {c, 0, s, 0, 1, 0, -s, 0, c};
+  right.R = {c, 0, -s, 0, 1, 0, s, 0, c};
+  left.P = right.P = {80, 0, 79.5, 0, 0, 80, 60, 0, 0, 0, 1, 0};
+  right.P[3] = -80 * 0.2;
+  const auto facts = [&] { return std::map{std::pair{std::string("l"), facts_of(left)}, {"r", facts_of(right)}}; };
+  Eigen::Isometry3d T_left_right = Eigen::Isometry3d::Identity();
+  const apps::PlaceInFrame tree = [&](const std::string& of,
+                                      const std::string& in) -> std::optional<Eigen::Isometry3d> {
+    EXPECT_EQ(of, "right");
+    EXPECT_EQ(in, "left");
+    return T_left_right;
+  };
+  const auto found = [&](const CameraInfo& of) { return apps::rectified_place(facts_of(of), facts(), tree); };
+  // Parallel frames: those of the rectified cameras.
+  T_left_right.translation() = Eigen::Vector3d(0.2, 0, 0);
+  for (const CameraInfo& one : {left, right}) {
+    const auto known = found(one);
+    ASSERT_TRUE(known);
+    EXPECT_TRUE(known->T_frame_lens.isApprox(Eigen::Isometry3d::Identity()));
+  }
+  // Frames turned as the two R say: those of the cameras. A point ahead of the rectified camera is beside their axis.
+  const Eigen::AngleAxisd turn(0.018, Eigen::Vector3d::UnitY());
+  T_left_right.linear() = turn.toRotationMatrix().transpose();
+  T_left_right.translation() = Eigen::Vector3d(0.2 * c, 0, 0.2 * s);
+  const auto known = found(left);
+  ASSERT_TRUE(known);
+  EXPECT_LT((known->T_frame_lens * Eigen::Vector3d(0, 0, 10) - Eigen::Vector3d(-10 * s, 0, 10 * c)).norm(), 1e-9);
+  // Frames of a drawing, which are neither, show nothing.
+  T_left_right.linear().setIdentity();
+  T_left_right.translation() = Eigen::Vector3d(0.23, 0, 0);
+  EXPECT_FALSE(found(left));
+  EXPECT_FALSE(found(right));
+  // One frame for both is that of the first camera.
+  right.frame = "left";
+  EXPECT_FALSE(found(right)) << "whether it is turned does not show";
+  left.R = right.R = CameraInfo().R;
+  ASSERT_TRUE(found(right));
+  EXPECT_LT((found(right)->T_frame_lens.translation() - Eigen::Vector3d(0.2, 0, 0)).norm(), 1e-9);
+  EXPECT_FALSE(found(left)) << "there is nothing to know";
 }
 
 TEST(CameraLens, OfValuesThatNoLensHasIsNotKnown) {
