@@ -183,11 +183,12 @@ ImageMessage mosaic(RosHeader header, const Encoding& encoding, PacketImage imag
 
 /// Decodes a picture. The values of a PNG of 16 bits are taken `raised` bits higher.
 Result<storage::RgbImage> decoded(Bytes bytes, unsigned raised) {
-  auto picture = storage::decode_image(bytes);
-  if (!picture.ok() || raised == 0) return picture;
-  const auto wide = storage::decode_wide_png(bytes);
-  if (!wide.ok()) return wide.error();
-  return *wide ? storage::raised(**wide, raised) : std::move(picture);
+  if (raised > 0) {
+    const auto wide = storage::decode_wide_png(bytes);
+    if (!wide.ok()) return wide.error();
+    if (*wide) return storage::raised(**wide, raised);
+  }
+  return storage::decode_image(bytes);
 }
 
 /// Takes the pixels of a picture that a camera's decoder does not read: a PNG, or a JPEG with several scans.
