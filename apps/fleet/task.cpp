@@ -261,10 +261,20 @@ Status publish(const Attempt& attempt, const TaskResult& result, const Json& que
     if (const Status moved = move_to(attempt.log(), attempt.drive() / kLog); !moved.ok()) return moved;
   const std::string text = json_text(result.json(question), 2) + "\n";
   if (const Status written = write_output(attempt.drive() / kResult, text); !written.ok()) return written;
-  // A folder takes the place of none or of an empty one; another attempt may come first.
-  if (fs::exists(place, failed) && !fs::is_empty(place, failed))
-    if (const Status moved = move_to(place, attempt.old()); !moved.ok()) return moved;
-  return move_to(attempt.drive(), place);
+  // A folder takes the place of none or of an empty one. What is there is put aside first; another attempt at the same
+  // task may do both at the same time, so that the place is taken or empty again between two steps of this one.
+  constexpr int kTries = 100;
+  for (int tries = 1;; ++tries) {
+    fs::rename(attempt.drive(), place, failed);
+    if (!failed) return {};
+    const bool is_taken = failed == std::errc::directory_not_empty || failed == std::errc::file_exists;
+    if (!is_taken || tries == kTries)
+      return output_error(fmt::format("rename {} to {}", attempt.drive().string(), place.string()), failed.value());
+    fs::remove_all(attempt.old(), failed);
+    fs::rename(place, attempt.old(), failed);
+    if (failed && failed != std::errc::no_such_file_or_directory)
+      return output_error(fmt::format("rename {} to {}", place.string(), attempt.old().string()), failed.value());
+  }
 }
 
 }  // namespace
