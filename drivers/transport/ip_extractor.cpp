@@ -176,13 +176,26 @@ std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, 
   const auto body = packet.subspan(header, size - header);
   const FragmentKey key{datagram.source, datagram.destination, be16(packet.data() + 4), card_};
   if (!join(key, offset, !has_more, body)) return {};
-  return udp(joined_, false, datagram);
+  return udp(joined_[newest_].bytes, false, datagram);
+}
+
+/// Returns whether a fragment is a copy of one of the datagrams that became whole lately. It must not wait for others:
+/// where a sender does not count its datagrams, it would become a part of the next.
+bool IpExtractor::is_of_joined(const FragmentKey& key, std::size_t offset, std::span<const std::byte> piece) const {
+  return std::ranges::any_of(joined_, [&](const Joined& one) {
+    return one.key == key && now_ - one.latest <= kLongestApart && offset + piece.size() <= one.bytes.size() &&
+           std::ranges::equal(std::span(one.bytes).subspan(offset, piece.size()), piece);
+  });
 }
 
 bool IpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece) {
   ++counts_.fragments;
   if (piece.empty() || offset + piece.size() > kMaxDatagram) {
     ++counts_.fragments_dropped;
+    return false;
+  }
+  if (!partials_.contains(key) && is_of_joined(key, offset, piece)) {
+    ++counts_.fragments_again;
     return false;
   }
   Partial& partial = partials_[key];
@@ -202,15 +215,19 @@ bool IpExtractor::join(const FragmentKey& key, std::size_t offset, bool is_last,
       (next != partial.pieces.end() && next->first < offset + piece.size()) ||
       (next != partial.pieces.begin() && std::prev(next)->first + std::prev(next)->second.size() > offset);
   if (overlaps) {
-    ++counts_.fragments_dropped;  // the same fragment was sent twice
+    ++(is_again ? counts_.fragments_again : counts_.fragments_dropped);
   } else {
     partial.pieces.emplace_hint(next, offset, std::vector<std::byte>(piece.begin(), piece.end()));
     partial.bytes += piece.size();
   }
   const auto last = partial.pieces.rbegin();
   if (partial.total != 0 && partial.bytes == partial.total && last->first + last->second.size() == partial.total) {
-    joined_.clear();
-    for (const auto& [at, bytes] : partial.pieces) joined_.insert(joined_.end(), bytes.begin(), bytes.end());
+    newest_ = (newest_ + 1) % joined_.size();
+    Joined& joined = joined_[newest_];
+    joined.key = key;
+    joined.latest = now_;
+    joined.bytes.clear();
+    for (const auto& [at, bytes] : partial.pieces) joined.bytes.insert(joined.bytes.end(), bytes.begin(), bytes.end());
     partials_.erase(key);
     return true;
   }
@@ -280,7 +297,7 @@ std::optional<UdpDatagram> IpExtractor::ipv6_fragment(std::span<const std::byte>
   const std::uint16_t field = be16(body.data() + 2);
   const FragmentKey key{between.source, between.destination, be32(body.data() + 4), card_};
   if (!join(key, field & 0xFFF8U, (field & 1U) == 0, body.subspan(kHeader, size - kHeader))) return {};
-  return udp(joined_, false, between);
+  return udp(joined_[newest_].bytes, false, between);
 }
 
 std::optional<UdpDatagram> IpExtractor::udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram) {

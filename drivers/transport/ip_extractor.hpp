@@ -56,6 +56,7 @@ struct ExtractCounts {
   std::uint64_t malformed = 0;          ///< frames whose headers contradict their length
   std::uint64_t fragments = 0;          ///< fragments that wait for others or were joined
   std::uint64_t fragments_dropped = 0;  ///< fragments of datagrams that never became whole
+  std::uint64_t fragments_again = 0;    ///< copies of fragments that had come: some captures see each frame twice
 };
 
 /// Takes UDP datagrams and TCP segments out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and
@@ -88,6 +89,13 @@ class IpExtractor {
   /// Source, destination, identification, and the card, because scanners as they come from the maker have one address.
   using FragmentKey = std::tuple<IpAddress, IpAddress, std::uint32_t, HardwareAddress>;
 
+  /// A datagram that became whole.
+  struct Joined {
+    FragmentKey key;
+    std::vector<std::byte> bytes;
+    nanoseconds latest{0};
+  };
+
   std::optional<UdpDatagram> ipv4(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6_fragment(std::span<const std::byte> body, std::span<const std::byte> packet,
@@ -95,11 +103,13 @@ class IpExtractor {
   std::optional<UdpDatagram> udp(std::span<const std::byte> segment, bool is_cut, UdpDatagram datagram);
   void tcp(std::span<const std::byte> segment, std::size_t size, const UdpDatagram& between);
   bool join(const FragmentKey& key, std::size_t offset, bool is_last, std::span<const std::byte> piece);
+  bool is_of_joined(const FragmentKey& key, std::size_t offset, std::span<const std::byte> piece) const;
 
   ExtractCounts counts_;
   std::optional<TcpSegment> segment_;
   std::map<FragmentKey, Partial> partials_;
-  std::vector<std::byte> joined_;
+  std::array<Joined, 8> joined_;  // a ring
+  std::size_t newest_ = 0;        // the latest of them
   std::uint64_t age_ = 0;
   nanoseconds now_{0};      ///< time of the latest frame
   HardwareAddress card_{};  ///< that sent the latest frame

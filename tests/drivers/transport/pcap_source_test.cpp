@@ -182,6 +182,27 @@ TEST(PcapSource, NeverJoinsFragmentsOfTwoDatagrams) {
       read_bytes(PcapWriter().frame(kTime, a1).frame(kTime + kMinute, b2).frame(kTime + kMinute, b1).bytes()));
 }
 
+/// As a capture on all interfaces of a computer with a bridge sees each frame, or one at a mirrored port.
+TEST(PcapSource, FragmentsThatComeTwiceAreNotLost) {
+  const auto fragments = [](char fill, unsigned identification) {
+    const Bytes segment = test::udp_segment(std::string(3000, fill), 2368);
+    const std::span<const std::byte> whole(segment);
+    return std::array{test::ethernet_frame(test::ipv4_packet(whole.first(1480), identification, 0, true)),
+                      test::ethernet_frame(test::ipv4_packet(whole.subspan(1480, 1480), identification, 1480, true)),
+                      test::ethernet_frame(test::ipv4_packet(whole.subspan(2960), identification, 2960, false))};
+  };
+  // Also if the sender does not count its datagrams: what is left of the first is no part of the second.
+  for (const unsigned second : {10U, 9U}) {
+    const auto a = fragments('a', 9), b = fragments('b', second);
+    PcapWriter file;
+    for (const auto* datagram : {&a, &b})
+      for (const Bytes& frame : *datagram) file.frame(kTime, frame).frame(kTime, frame);
+    const Read read = read_bytes(file.bytes());
+    EXPECT_THAT(read.payloads, ElementsAre(std::string(3000, 'a'), std::string(3000, 'b'))) << second;
+    EXPECT_TRUE(read.faults.empty()) << read.faults[0].detail;
+  }
+}
+
 TEST(PcapSource, FragmentsThatOverlapAreNotKept) {
   const Bytes segment = test::udp_segment(std::string(3000, 'f'), 2368);
   const std::span<const std::byte> whole(segment);
