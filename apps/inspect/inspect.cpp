@@ -16,6 +16,8 @@
 #include "core/packed_file.hpp"
 #include "core/printable.hpp"
 #include "drivers/can/blf.hpp"
+#include "drivers/transport/can_capture.hpp"
+#include "drivers/transport/capture_file.hpp"
 #include "rosbag/bag.hpp"
 #include "runtime/recording.hpp"
 #include "storage/cloud_file.hpp"
@@ -119,9 +121,8 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
   if (begins("#ROSBAG V"sv) || begins("#ROSRECORD V"sv) || begins("SQLite format 3\0"sv)) return inspect_bag(path);
   if (begins("LASF"sv)) return inspect_las(path);
-  for (const auto magic :
-       {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv, "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv})
-    if (begins(magic)) return inspect_capture_file(path, types);
+  if (drivers::is_capture(head))
+    return drivers::is_can_capture(path) ? inspect_can_log(path, dbc_path) : inspect_capture_file(path, types);
   if (head.find("VERSION") != std::string::npos && (begins("# .PCD"sv) || ends_with(path, ".pcd")))
     return inspect_cloud(path, "PCD");
   if (storage::is_ply(head)) return inspect_cloud(path, "PLY");
@@ -151,7 +152,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
             fmt::format(
                 "{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
                 "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin) and of NumPy (.npy), {}CAN logs (.asc, .blf, "
-                ".trc, candump -L, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
+                ".trc, candump -L, tcpdump -i can0, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
                 path, logs)}};
 }
 

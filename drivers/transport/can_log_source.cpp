@@ -42,14 +42,16 @@ void CanLogSource::Config::visit(Keys& keys) {
       required(
           "file", "",
           "A log of the bus: Vector's ASC or BLF, PEAK's TRC, what candump writes with `-L` or `-t a`, a table (CSV) "
-          "of SavvyCAN or python-can, or a log of BUSMASTER."),
+          "of SavvyCAN or python-can, a log of BUSMASTER, or a capture file of Wireshark or tcpdump (`tcpdump -i "
+          "can0`)."),
       path);
   keys.whole({"channel", "", "The channel that is read from a log that has several by number.", "0: all"}, channel,
              {0, 255});
   static const TextForm name{"1 to 15 characters",
                              [](const std::string& text) { return !text.empty() && text.size() <= 15; }};
-  keys.text({"interface", "", "The interface that is read from a log of candump, such as can0.", "all"}, interface,
-            name);
+  keys.text(
+      {"interface", "", "The interface that is read from a log of candump or a capture file, such as can0.", "all"},
+      interface, name);
 }
 
 KeyError CanLogSource::Config::validate() const {
@@ -76,6 +78,12 @@ Status CanLogSource::open() {
   const std::string_view first(reinterpret_cast<const char*>(head.data()), length);
   if (is_blf(first)) {
     blf_.emplace(std::move(*input));
+    return {};
+  }
+  if (is_capture(first)) {
+    auto capture = CaptureFile::open(config_.path);
+    if (!capture.ok()) return capture.error();
+    capture_.emplace(std::move(*capture));
     return {};
   }
   if (const std::string packed = how_to_unpack(first); !packed.empty())
@@ -107,10 +115,12 @@ Result<std::optional<CanLogEntry>> CanLogSource::next_line() {
   return std::optional<CanLogEntry>();
 }
 
-Result<std::optional<CanLogEntry>> CanLogSource::next_entry() { return blf_ ? blf_->next() : next_line(); }
+Result<std::optional<CanLogEntry>> CanLogSource::next_entry() {
+  return blf_ ? blf_->next() : capture_ ? capture_->next() : next_line();
+}
 
 Result<Packet> CanLogSource::next(std::stop_token stop) {
-  if (!file_ && !blf_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
+  if (!file_ && !blf_ && !capture_) return Error{ErrorCode::Disconnected, config_.path + " is not open"};
   if (waiting_) return *std::exchange(waiting_, std::nullopt);
   for (;;) {
     if (stop.stop_requested()) return Error{ErrorCode::Stopped, "stop was asked for"};
@@ -139,7 +149,9 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
     return packet;
   }
   if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0)
-    return fault_packet(last_, FaultKind::Malformed, count, config_.path + ": " + first_malformed_);
+    return fault_packet(
+        last_, FaultKind::Malformed, count,
+        first_malformed_.starts_with(config_.path) ? first_malformed_ : config_.path + ": " + first_malformed_);
   return Error{ErrorCode::EndOfData, config_.path + ": end of log"};
 }
 

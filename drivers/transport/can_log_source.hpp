@@ -10,22 +10,22 @@
 #include "core/packet.hpp"
 #include "drivers/can/blf.hpp"
 #include "drivers/can/can_log.hpp"
+#include "drivers/transport/can_capture.hpp"
 
 namespace hueline::drivers {
 
-/// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp, drivers/can/blf.hpp) as fast as they are asked for.
-/// The packets have the form of CanSource's packets. `received` is the time stamp in the log: the clock of the computer
-/// that logged takes the place of HostTime. So do not use this source together with live sources in one drive. What
-/// breaks the format of the log is counted, and one Fault Malformed reports it at the end. Fault WrongDevice reports
-/// once that a log of candump has frames of several interfaces and none is named: the ids of two buses are not the same
-/// messages.
-/// Thread safety: none; one thread calls all functions.
+/// Reads the frames of a log of a CAN bus (drivers/can/can_log.hpp, drivers/can/blf.hpp, can_capture.hpp) as fast as
+/// they are asked for. The packets have the form of CanSource's packets. `received` is the time stamp in the log: the
+/// clock of the computer that logged takes the place of HostTime. So do not use this source together with live sources
+/// in one drive. What breaks the format of the log is counted, and one Fault Malformed reports it at the end. Fault
+/// WrongDevice reports once that a log of candump or a capture has frames of several interfaces and none is named: the
+/// ids of two buses are not the same messages. Thread safety: none; one thread calls all functions.
 class CanLogSource final : public PacketSource {
  public:
   struct Config {
     std::string path;
     int channel = 0;           ///< number of the channel that is read, in a log that has numbers; 0 reads all channels
-    std::string interface {};  ///< that is read from a log of candump; empty reads all
+    std::string interface {};  ///< that is read from a log of candump or a capture; empty reads all
 
     void visit(Keys& keys);
     KeyError validate() const;
@@ -34,13 +34,14 @@ class CanLogSource final : public PacketSource {
   explicit CanLogSource(Config config) : config_(std::move(config)) {}
 
   Status open() override;
-  /// Returns the interface that the line of the latest frame names; empty: the log has none, but numbers.
+  /// Returns the interface that the log names for the latest frame; empty: the log has none, but numbers.
   const std::string& interface() const { return interface_; }
   Result<Packet> next(std::stop_token stop) override;
   void close() override {
     file_.reset();
     input_.reset();
     blf_.reset();
+    capture_.reset();
   }
 
  private:
@@ -51,6 +52,7 @@ class CanLogSource final : public PacketSource {
   std::optional<std::ifstream> file_;  // a text
   CanLogParser parser_;
   std::optional<BlfReader> blf_;
+  std::optional<CanCapture> capture_;
   std::uint64_t line_ = 0, malformed_ = 0;
   std::string first_malformed_;
   std::string interface_, first_interface_;

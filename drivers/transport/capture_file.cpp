@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <utility>
@@ -15,7 +16,7 @@ namespace {
 constexpr std::uint32_t kMicroseconds = 0xA1B2C3D4, kNanoseconds = 0xA1B23C4D;
 constexpr std::uint32_t kSectionBlock = 0x0A0D0D0A, kByteOrder = 0x1A2B3C4D;
 constexpr std::uint32_t kInterfaceBlock = 1, kOldPacketBlock = 2, kSimpleBlock = 3, kEnhancedBlock = 6;
-constexpr std::uint16_t kOptionResolution = 9, kOptionOffset = 14;
+constexpr std::uint16_t kOptionName = 2, kOptionResolution = 9, kOptionOffset = 14;
 
 /// Largest frame that is read. libpcap's own limit is 256 KiB, so a larger number means that the length is broken.
 constexpr std::uint32_t kMaxFrame = 1 << 20;
@@ -36,6 +37,13 @@ nanoseconds to_ns(std::uint64_t ticks, std::uint64_t per_second, std::int64_t of
 }
 
 }  // namespace
+
+bool is_capture(std::string_view first_bytes) {
+  using namespace std::string_view_literals;
+  constexpr std::array kMagics = {"\xa1\xb2\xc3\xd4"sv, "\xd4\xc3\xb2\xa1"sv, "\xa1\xb2\x3c\x4d"sv,
+                                  "\x4d\x3c\xb2\xa1"sv, "\x0a\x0d\x0d\x0a"sv};
+  return std::ranges::any_of(kMagics, [&](std::string_view magic) { return first_bytes.starts_with(magic); });
+}
 
 Result<CaptureFile> CaptureFile::open(const std::string& path) {
   auto input = InputFile::open(path);
@@ -129,6 +137,7 @@ Result<CaptureFrame> CaptureFile::next_classic() {
   frame.link_type = classic_link_type_;
   frame.length = u32(buffer_.data() + 12);
   frame.offset = record_;
+  frame.is_big_endian = is_swapped_;
   const std::uint32_t captured = u32(buffer_.data() + 8);
   if (captured > kMaxFrame) return error(ErrorCode::Malformed, fmt::format("record claims {} bytes", captured));
   buffer_.clear();
@@ -201,7 +210,9 @@ bool CaptureFile::add_interface(std::span<const std::byte> body) {
     const std::byte* value = body.data() + at + 4;
     if (code == 0) break;
     if (length > body.size() - at - 4) return false;
-    if (code == kOptionResolution && length == 1) {
+    if (code == kOptionName) {
+      interface.name.assign(reinterpret_cast<const char*>(value), length);
+    } else if (code == kOptionResolution && length == 1) {
       const auto exponent = static_cast<unsigned>(value[0]) & 0x7Fu;
       const bool is_binary = (static_cast<unsigned>(value[0]) & 0x80u) != 0;
       if (exponent > (is_binary ? 63u : 19u)) return false;
@@ -213,7 +224,8 @@ bool CaptureFile::add_interface(std::span<const std::byte> body) {
     }
     at += 4 + (length + 3u) / 4 * 4;
   }
-  interfaces_.push_back(interface);
+  if (interface.name.empty()) interface.name = std::to_string(interfaces_.size());
+  interfaces_.push_back(std::move(interface));
   return true;
 }
 
@@ -228,6 +240,8 @@ std::optional<CaptureFrame> CaptureFile::packet_block(std::uint32_t type, std::s
   CaptureFrame frame;
   frame.link_type = from.link_type;
   frame.offset = record_;
+  frame.is_big_endian = is_swapped_;
+  frame.interface = from.name;
   std::uint32_t captured = 0;
   if (type == kSimpleBlock) {
     frame.length = u32(body.data());

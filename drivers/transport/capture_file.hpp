@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,8 +24,14 @@ struct CaptureFrame {
   std::uint32_t link_type = 0;  ///< LINKTYPE_ number: 1 is Ethernet, 101 raw IP, 113 and 276 Linux cooked
   std::uint32_t length = 0;     ///< bytes on the wire; more than bytes.size() if the capture kept only the beginning
   std::uint64_t offset = 0;     ///< position of the frame's record in the file, bytes
+  bool is_big_endian = false;   ///< byte order of the computer that wrote the file
+  /// The name of the interface, or its number if it has no name; empty in classic pcap. Valid as `bytes`.
+  std::string_view interface {};
   std::span<const std::byte> bytes;  ///< valid until the next call of CaptureFile::next()
 };
+
+/// Returns whether a file that begins with `first_bytes` is a capture file.
+bool is_capture(std::string_view first_bytes);
 
 /// Reads capture files frame by frame: classic pcap (either byte order, microseconds or nanoseconds) and pcapng
 /// (sections, interfaces, enhanced, simple and old packet blocks; other blocks are skipped). All whole frames are
@@ -49,6 +56,7 @@ class CaptureFile {
     std::uint64_t ticks_per_second = 1'000'000;
     std::int64_t offset_s = 0;
     std::uint32_t snap_length = 0;
+    std::string name;
   };
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }

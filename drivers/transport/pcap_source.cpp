@@ -200,7 +200,9 @@ void PcapSource::finish(Error why) {
         "cut off by the capture (it kept only the beginning of each frame: capture without a limit of length)"},
        {c.malformed + segments, "with broken headers"},
        {c.fragments_dropped, "fragments of datagrams that are not whole"},
-       {c.unknown_link, fmt::format("of a link type that is not read ({})", c.unknown_link_type)}}};
+       {c.unknown_link, c.unknown_link_type == 227
+                            ? "of a CAN bus (the key can_log of `driver: wheel` reads them)"
+                            : fmt::format("of a link type that is not read ({})", c.unknown_link_type)}}};
   std::uint64_t lost = 0;
   std::string words;
   for (const auto& [count, what] : losses) {

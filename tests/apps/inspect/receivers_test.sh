@@ -78,6 +78,10 @@ says 'bus.mf4 is a measurement file \(MDF, .mf4\), which is not read: make a CAN
 printf 'date Mon Mar 1 12:00:00 2026\nbase hex timestamps absolute\n 0.100 1 100 Rx d 2 00 01\n' >bus.asc
 ends 0 "$hueline" inspect bus.asc
 says 'id +00000100|id +100'
+# What tcpdump captures on the interface of a bus is a log of it.
+{ printf '\xd4\xc3\xb2\xa1\2\0\4\0\0\0\0\0\0\0\0\0\0\0\4\0\xe3\0\0\0'; printf '\1\0\0\0\0\0\0\0\12\0\0\0\12\0\0\0\0\0\3\x21\2\0\0\0\x11\x22'; } >bus.pcap
+ends 0 "$hueline" inspect bus.pcap
+says 'id +321'
 printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
 ends 3 "$hueline" inspect silent
 says 'silent: no line of it is a frame of a CAN bus'

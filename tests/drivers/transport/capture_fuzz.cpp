@@ -2,14 +2,37 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
+#include "drivers/transport/can_capture.hpp"
 #include "drivers/transport/ip_extractor.hpp"
 #include "drivers/transport/tcp_streams.hpp"
+
+namespace {
+
+/// Reads the same file as a log of a CAN bus. Each call takes a frame of the file, of 12 bytes at least.
+void read_can(const std::uint8_t* data, std::size_t size) {
+  using namespace hueline::drivers;
+  std::FILE* stream = ::fmemopen(const_cast<std::uint8_t*>(data), size, "rb");
+  if (!stream) return;
+  auto file = CaptureFile::from_stream(stream, "fuzz");
+  if (!file.ok()) return;
+  CanCapture log(std::move(*file));
+  for (std::size_t calls = 0;; ++calls) {
+    if (calls > size) std::abort();
+    const auto entry = log.next();
+    if (entry.ok() && !*entry) return;
+    if (entry.ok() && (*entry)->frame.length > kCanDataMost) std::abort();
+  }
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hueline;
   using namespace hueline::drivers;
   if (size == 0) return 0;  // fmemopen takes no empty buffer
+  read_can(data, size);
   std::FILE* stream = ::fmemopen(const_cast<std::uint8_t*>(data), size, "rb");
   if (!stream) return 0;
   Result<CaptureFile> file = CaptureFile::from_stream(stream, "fuzz");
