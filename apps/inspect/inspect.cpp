@@ -16,6 +16,7 @@
 #include "core/packed_file.hpp"
 #include "core/printable.hpp"
 #include "drivers/can/blf.hpp"
+#include "drivers/can/can_log.hpp"
 #include "drivers/transport/can_capture.hpp"
 #include "drivers/transport/capture_file.hpp"
 #include "rosbag/bag.hpp"
@@ -129,13 +130,13 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (begins("\x93NUMPY"sv)) return inspect_cloud(path, "NumPy array");
   if (ends_with(path, ".yaml") || ends_with(path, ".yml")) return inspect_yaml(path);
   if (ends_with(path, ".dbc")) return inspect_dbc(path);
-  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time, a trace of version 1.1
-  // or later with that, a BLF with a signature, a table with the names of its columns. The name counts if nothing else
-  // fits: receivers' logs in ASCII have it, too.
+  // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time or its interface, a trace of
+  // version 1.1 or later with that, a BLF with a signature, a table with the names of its columns. The name counts if
+  // nothing else fits: receivers' logs in ASCII have it, too.
   const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_log_of_device(types, *first);
   if (drivers::is_blf(head) || is_named_can || begins("date "sv) || begins(";$FILEVERSION="sv) ||
-      drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
-      ((begins("("sv) || begins(" ("sv)) && head.find_first_of("#[") != std::string::npos))
+      begins("$STARTTIME="sv) || drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
+      drivers::is_candump(*first))
     return inspect_can_log(path, dbc_path);
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
   if (const std::string packed = how_to_unpack(head); !packed.empty())

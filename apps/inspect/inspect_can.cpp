@@ -117,6 +117,10 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
   }
   if (frames == 0 && out.trouble.ok())
     out.trouble = Error{ErrorCode::Malformed, path + ": no line of it is a frame of a CAN bus"};
+  // A file that only its name makes a log of a bus: what is wrong with its first line is not all.
+  if (frames == 0 && !out.trouble.ok() && out.trouble.error().message.starts_with(path + ": line "))
+    out.trouble = Error{ErrorCode::Malformed, fmt::format("{}: no frame of a CAN bus could be read: {}", path,
+                                                          out.trouble.error().message.substr(path.size() + 2))};
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
   json["format"] = "CAN log";

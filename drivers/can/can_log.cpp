@@ -107,6 +107,13 @@ Entry take_candump_frame(std::string_view line, std::string_view text, CanLogEnt
   return Entry(out);
 }
 
+/// Returns whether a line is one of candump without a time: vcan0  044   [5]  2A 36 6C 2B BA.
+bool is_candump_without_time(std::string_view line) {
+  const auto words = words_of(line);
+  CanFrame frame;
+  return words.size() > 2 && words[2].starts_with('[') && words[2].ends_with(']') && take_candump_id(words[1], frame);
+}
+
 /// Returns the columns of a version of TRC below 2.1, whose files do not name them.
 std::string_view trc_columns(std::string_view version) {
   if (version == "1.1") return "NOTILD";
@@ -126,11 +133,23 @@ std::size_t bytes_of_code(std::size_t code, bool is_fd) {
 bool take_trc_type(std::string_view type, CanFrame& frame) {
   frame.is_fd = type == "FD" || type == "FB" || type == "FE" || type == "BI";
   frame.is_remote = type == "RR";
-  frame.is_local = type == "Tx";
+  frame.is_local |= type == "Tx";
   return frame.is_fd || frame.is_remote || type == "DT" || type == "Rx" || type == "Tx";
 }
 
 }  // namespace
+
+bool is_candump(std::string_view first_bytes) {
+  for (std::string_view rest = first_bytes; !rest.empty();) {
+    std::string_view line = rest.substr(0, rest.find('\n'));
+    rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+    const std::size_t begin = line.find_first_not_of(" \t\r");
+    if (begin == std::string_view::npos || line[begin] == '#') continue;
+    line.remove_prefix(begin);
+    return line[0] == '(' ? line.find_first_of("#[") != std::string_view::npos : is_candump_without_time(line);
+  }
+  return false;
+}
 
 Entry CanLogParser::take(std::string_view line) {
   const std::size_t begin = line.find_first_not_of(" \t\r");
@@ -149,11 +168,18 @@ Entry CanLogParser::take(std::string_view line) {
     }
     return Entry(std::nullopt);
   }
+  // PEAK-Converter writes a trace as a text whose head ends with the names of the columns.
+  if (line.starts_with("Number") && line.find("ID (hex)") != std::string_view::npos) {
+    columns_ = "NOBdTIRlD";
+    return Entry(std::nullopt);
+  }
   // Version 1.0 does not say what it is; its rows begin with their number and a bracket.
   const std::size_t number = line.find_first_not_of("0123456789");
   const bool is_row = number != std::string_view::npos && number > 0;
   if (is_row && (line[number] == ')' || !columns_.empty())) return take_trc(line);
-  return columns_.empty() ? take_asc(line) : Entry(std::nullopt);
+  if (!columns_.empty()) return Entry(std::nullopt);
+  if (is_candump_without_time(line)) return bad(line, "a frame without a time (candump -L writes it)");
+  return take_asc(line);
 }
 
 /// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, or the form for people.

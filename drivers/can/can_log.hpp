@@ -11,11 +11,15 @@
 
 namespace hueline::drivers {
 
+/// Returns whether a file that begins with `first_bytes` is a log of candump: with times in front of its frames, which
+/// CanLogParser reads, or without, which it refuses. Empty lines and comments (#) may come first.
+bool is_candump(std::string_view first_bytes);
+
 /// Reads text logs of CAN buses line by line: Vector's ASC (classic, FD and error frames; ids and data in the number
-/// base that the file names), traces of PEAK's programs (TRC, versions 1.0 to 2.1), what candump writes with -L, or
-/// with its times since 1970 (-t a), by date (-t A, taken for UTC) or since its beginning (-t z), and what CanLogTable
-/// reads. What it knows about ASC and TRC comes from their published descriptions and from logs. Thread safety: none;
-/// one thread reads one log.
+/// base that the file names), traces of PEAK's programs (TRC, versions 1.0 to 2.1, and the CSV of PEAK-Converter with
+/// blanks between its columns), what candump writes with -L, or with its times since 1970 (-t a), by date (-t A, taken
+/// for UTC) or since its beginning (-t z), and what CanLogTable reads. What it knows about ASC and TRC comes from their
+/// published descriptions and from logs. Thread safety: none; one thread reads one log.
 class CanLogParser {
  public:
   /// Reads the next line. Returns a frame, or nothing if the line has none (header, comment, another event). Error:

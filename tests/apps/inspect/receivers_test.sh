@@ -78,6 +78,16 @@ says 'bus.mf4 is a measurement file \(MDF, .mf4\), which is not read: make a CAN
 printf 'date Mon Mar 1 12:00:00 2026\nbase hex timestamps absolute\n 0.100 1 100 Rx d 2 00 01\n' >bus.asc
 ends 0 "$hueline" inspect bus.asc
 says 'id +00000100|id +100'
+# Comments and empty lines come before the first frame of a candump. Without times its frames are refused, not passed over.
+printf '# on the test track\n\n (1705.250000) can0 321#1122\n' >noted
+ends 0 "$hueline" inspect noted
+says 'id +321'
+printf '  can0  321   [2]  11 22\n  can0  322   [1]  11\n' >timeless
+ends 3 "$hueline" inspect timeless
+says 'timeless: no frame of a CAN bus could be read: line 1: a frame without a time \(candump -L writes it\)'
+printf '$STARTTIME=45628.86\r\nNumber Time (ms) Bus Direction Type ID (hex) Reserved Length D0 D1 D...\r\n1 0.100 1 Rx DT 0321 - 1 11\r\n' >trace.csv
+ends 0 "$hueline" inspect trace.csv
+says 'id +321'
 # What tcpdump captures on the interface of a bus is a log of it.
 { printf '\xd4\xc3\xb2\xa1\2\0\4\0\0\0\0\0\0\0\0\0\0\0\4\0\xe3\0\0\0'; printf '\1\0\0\0\0\0\0\0\12\0\0\0\12\0\0\0\0\0\3\x21\2\0\0\0\x11\x22'; } >bus.pcap
 ends 0 "$hueline" inspect bus.pcap
