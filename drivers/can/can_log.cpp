@@ -182,7 +182,8 @@ Entry CanLogParser::take(std::string_view line) {
   return take_asc(line);
 }
 
-/// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, or the form for people.
+/// Reads a line: (1436509052.249713) vcan0 044#2A366C2BBA, with R or T behind it if candump was called with -x, or the
+/// form for people.
 Entry CanLogParser::take_candump(std::string_view line) {
   CanLogEntry out;
   std::string_view rest = line;
@@ -197,6 +198,10 @@ Entry CanLogParser::take_candump(std::string_view line) {
   last_ = out.time;
   if (begins_at_0_ && steps_back_ > 2 && steps_back_ * 5 > candump_lines_)
     return bad(line, "a difference where a time should be (candump -t d; use candump -L)");
+  if (!is_for_people && words.size() > 2) {
+    if (words.size() > 3 || (words[2] != "R" && words[2] != "T")) return bad(line, "words behind the frame");
+    out.frame.is_local = words[2] == "T";
+  }
   return is_for_people ? take_candump_columns(line, std::span(words).subspan(1), std::move(out))
                        : take_candump_frame(line, words[1], std::move(out));
 }

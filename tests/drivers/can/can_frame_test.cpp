@@ -220,6 +220,17 @@ TEST(CanLog, CandumpForPeople) {
     EXPECT_FALSE(log.take(broken).ok()) << broken;
 }
 
+TEST(CanLog, WhatStandsBehindAFrameOfCandumpIsItsDirection) {
+  CanLogParser log;
+  EXPECT_FALSE((*log.take("(1.5) can0 321#11 R"))->frame.is_local);
+  const auto sent = log.take("(1.5) can0 321#1122 T\r");
+  ASSERT_TRUE(sent.ok() && *sent);
+  EXPECT_TRUE((*sent)->frame.is_local);
+  EXPECT_EQ((*sent)->frame.length, 2);
+  for (const char* edited : {"(1.5) can0 321# 11 22", "(1.5) can0 321#11 X", "(1.5) can0 321#11 R T"})
+    EXPECT_FALSE(log.take(edited).ok()) << edited;
+}
+
 TEST(CanLog, CandumpByDateIsReadAndDifferencesAreRefused) {
   CanLogParser dated;
   auto entry = dated.take(" (2020-04-22 10:21:45.123456)  can0  123   [2]  11 22");
