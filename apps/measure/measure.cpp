@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -12,9 +13,11 @@
 #include "apps/simulate/drive_trajectory.hpp"
 #include "config/section.hpp"
 #include "core/angle.hpp"
+#include "core/calendar.hpp"
 #include "core/geodesy.hpp"
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
+#include "storage/las_writer.hpp"
 #include "storage/projection.hpp"
 #include "survey/object_measuring.hpp"
 #include "survey/panorama_table.hpp"
@@ -121,7 +124,10 @@ int measure(const MeasureOptions& options) {
     log_error("no point of the drive could be placed");
     return kNothingCame;
   }
-  auto projection = storage::Projection::create(*measuring.origin(), source->rig.map);
+  // The date counts where the datums move against each other.
+  const auto dated = std::ranges::find_if(outcomes, [](const auto& one) { return one.exposed.has_value(); });
+  const double epoch = dated == outcomes.end() ? 0 : storage::decimal_year(to_utc(*dated->exposed));
+  auto projection = storage::Projection::create(*measuring.origin(), source->rig.map, epoch);
   if (!projection.ok()) throw config::ConfigError(projection.error().message);
   const std::string result = table(outcomes, *measuring.origin(), *projection);
   if (options.out.empty()) {

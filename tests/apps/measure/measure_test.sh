@@ -59,6 +59,17 @@ measure "$out/picks.csv" --out "$out/measured.csv"
 if [ $# -lt 4 ]; then
   ends() { local want=$1; shift; local got=0; "$@" >"$out/said.txt" 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
   says() { grep -qE -- "$1" "$out/said.txt" || fail "not told: $1"; }
+  # Where the POS's datum moves against the map's, the date of the drive counts, as it does in the cloud: 2025-08-27.
+  sed 's/^  crs: utm/  crs: "EPSG:25832"\n  datum: "EPSG:7912"/' "$out/rig.yaml" >"$out/itrf.yaml"
+  sed 's/^  datum:.*/&\n  epoch: 2025.6516/' "$out/itrf.yaml" >"$out/itrf_then.yaml"
+  for rig in itrf itrf_then; do
+    "$hueline" measure --scenario "$scenario" --sim "$out/sim" --rig "$out/$rig.yaml" --picks "$out/picks.csv" --out "$out/$rig.csv"
+  done
+  paste -d, "$out/itrf.csv" "$out/itrf_then.csv" | awk -F, '
+    $7 + 0 == 0 {next}
+    {n++; if (sqrt(($13 - $36) ^ 2 + ($14 - $37) ^ 2) > 0.002) {print $13, $14, "and", $36, $37; bad = 1}}
+    END {exit bad || n < 3}' || fail "the coordinates are not those of the day of the drive"
+
   echo "exposure,u_px,lens" >"$out/column.csv"
   ends 3 measure "$out/column.csv"
   says "column 'v_px' is missing"
