@@ -15,6 +15,7 @@ struct Inspection {
   std::unique_ptr<nlohmann::ordered_json> found;
   Status trouble;
   bool may_be_scenario = false;  ///< YAML of no kind that this program knows; it may be a scenario of the simulator
+  bool takes_dbc = false;        ///< a log of a CAN bus, which a DBC file describes
 };
 
 /// Prints the result, as JSON or as lines for people, and returns the exit status.

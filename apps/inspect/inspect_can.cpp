@@ -77,6 +77,7 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
   drivers::CanLogSource source({path, 0});
   if (Status opened = source.open(); !opened.ok()) return {nullptr, opened.error()};
   Inspection out;
+  out.takes_dbc = true;
   std::map<std::pair<std::string, std::string>, Message> messages;  // by channel and id: two buses have their own
   std::map<std::string, std::uint64_t> errors;
   std::map<std::string, std::uint64_t> channels;

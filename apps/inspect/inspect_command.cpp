@@ -1,7 +1,9 @@
 #include <memory>
 
 #include "apps/commands.hpp"
+#include "apps/exit_code.hpp"
 #include "apps/inspect/inspect.hpp"
+#include "apps/log.hpp"
 #include "apps/office_program.hpp"
 
 namespace hueline::apps {
@@ -22,6 +24,10 @@ void add_inspect(Command& all) {
       "More: docs/operating.md");
   command.runs([options] {
     const Inspection inspection = inspect_file(options->path, drivers::device_types(), options->dbc);
+    if (!options->dbc.empty() && !inspection.takes_dbc && (inspection.found || inspection.may_be_scenario)) {
+      log_error("--dbc: {} is no log of a CAN bus", options->path);
+      return static_cast<int>(kWrongUse);
+    }
     if (!inspection.may_be_scenario) return show(inspection, options->json);
     std::string hueline = "hueline", word = kInspect.word, json = "--json";
     std::vector<char*> words = {hueline.data(), word.data(), options->path.data()};

@@ -39,6 +39,10 @@ says 'Zero +8.16@1- .0.5,-3. .*multiplexed by Selector: 0'
 says 'Range .*multiplexed by Outer: 3 .. 5, 9'
 says 'Single .*float'
 ends 3 "$hueline" inspect bus.log --dbc nothing.dbc
+printf '# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n' >cloud.pcd
+ends 0 "$hueline" inspect cloud.pcd
+ends 2 "$hueline" inspect cloud.pcd --dbc "$dbc"
+says 'cloud.pcd is no log of a CAN bus'
 printf 'BO_ 1 A: 8 X\n SG_ bad : 0|99@1+ (1,0) [0|0] "" X\n SG_ good : 0|8@1+ (1,0) [0|0] "" X\n' >part.dbc
 ends 3 "$hueline" inspect part.dbc
 says 'line 2: bad'
