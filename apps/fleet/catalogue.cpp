@@ -130,6 +130,15 @@ CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
   return entry;
 }
 
+Status check_is_there(const std::string& drive) {
+  const std::string recording = runtime::drive_file(drive);
+  if (is_folder(recording))
+    return Error{ErrorCode::Io,
+                 recording + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
+  const auto opened = InputFile::open(recording);
+  return opened.ok() ? Status() : Status(opened.error());
+}
+
 CatalogueEntry entry_of(const std::string& drive) {
   CatalogueEntry entry;
   const fs::path recording = absolute_name(runtime::drive_file(absolute_name(drive).string()));

@@ -54,6 +54,8 @@ struct CatalogueEntry {
 
 /// Reads what is known of a task's drive. What cannot be read is told in `text` of the entry. Throws nothing.
 CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task);
+/// Returns whether there is a recording of that name, or in the folder of that name. Errors: Io.
+Status check_is_there(const std::string& drive);
 /// Reads what is known of a drive from its own folder, or of a recording alone. Every product is read for its digest.
 CatalogueEntry entry_of(const std::string& drive);
 

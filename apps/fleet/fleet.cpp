@@ -214,9 +214,15 @@ int catalogue(const std::vector<std::string>& named, const std::string& out) {
     return kOutputRefused;
   }
   std::vector<CatalogueEntry> entries;
+  int status = kDone;
   for (const std::string& one : named) {
     if (!one.ends_with(".json")) {
-      entries.push_back(entry_of(one));
+      if (const Status there = check_is_there(one); there.ok()) {
+        entries.push_back(entry_of(one));
+      } else {
+        log_error("not in the catalogue: {}", there.error().message);
+        status = kInputUnreadable;
+      }
       continue;
     }
     const int read = with_plan(one, [&](const FleetPlan& plan) {
@@ -225,7 +231,7 @@ int catalogue(const std::vector<std::string>& named, const std::string& out) {
     });
     if (read != kDone) return read;
   }
-  int status = kDone;
+  if (entries.empty()) return status;
   for (const CatalogueEntry& entry : entries) {
     if (!entry.rig.empty()) continue;
     log_error("{}: {}", entry.name, entry.text);

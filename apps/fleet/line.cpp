@@ -1,5 +1,6 @@
 #include "apps/fleet/line.hpp"
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/angle.hpp"
@@ -8,7 +9,12 @@ namespace hueline::apps {
 
 std::vector<LinePlace> line_of(const std::vector<Geodetic>& places) {
   std::vector<LinePlace> out;
-  for (const Geodetic& one : places) out.emplace_back(one.longitude * kDegPerRad, one.latitude * kDegPerRad);
+  constexpr double kTurn = 360;
+  for (const Geodetic& one : places) {
+    const double longitude = one.longitude * kDegPerRad;
+    const double turns = out.empty() ? 0 : std::round((out.back().first - longitude) / kTurn);
+    out.emplace_back(longitude + turns * kTurn, one.latitude * kDegPerRad);
+  }
   if (out.size() == 1) out.push_back(out.front());
   return out;
 }

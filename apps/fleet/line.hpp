@@ -14,7 +14,8 @@ namespace hueline::apps {
 using LinePlace = std::pair<double, double>;
 
 /// Returns the line through these places, whose angles are in radians, without their heights. A line needs two places:
-/// a single one stands in it twice. No place gives no line.
+/// a single one stands in it twice. No place gives no line. Across the date line its longitudes go on beyond 180
+/// degrees, because programs would draw it around the earth.
 std::vector<LinePlace> line_of(const std::vector<Geodetic>& places);
 
 /// Returns the line as well-known binary (OGC 06-103r4, 8.2), little endian.

@@ -77,9 +77,11 @@ missing 3 calibrate targets --targets nosuch.csv --stations stations.csv --out o
 missing 3 calibrate targets --targets targets.csv --stations nosuch.csv --out out
 missing 3 fleet plan nosuch.mcap --out out.json
 for command in "run nosuch.json" "task nosuch.json 1" "submit nosuch.json" "status nosuch.json" "upload nosuch.json s3://bucket/key"; do missing 3 fleet $command; done
-ends 3 "$hueline" fleet catalogue nosuch --out drives.gpkg  # a row without figures
-says nosuch
-tried+=("fleet" "fleet catalogue")
+missing 3 fleet catalogue nosuch --out out.gpkg
+missing 3 fleet catalogue nosuch --out out.html
+ends 3 "$hueline" fleet catalogue nosuch drive --out drives.gpkg
+says 'not in the catalogue: .*nosuch'
+says '^1 drive in drives.gpkg$'
 
 # No command was left out but those that read nothing.
 for command in $("$hueline" --complete ""); do

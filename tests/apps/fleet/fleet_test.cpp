@@ -22,6 +22,7 @@
 #include "apps/fleet/coverage_map.hpp"
 #include "apps/fleet/fleet.hpp"
 #include "apps/fleet/geopackage.hpp"
+#include "apps/fleet/line.hpp"
 #include "apps/fleet/plan.hpp"
 #include "apps/fleet/postgres.hpp"
 #include "apps/fleet/state.hpp"
@@ -114,6 +115,17 @@ TEST(GeoPackage, KeepsEveryValueAndTellsWhatItCannotWrite) {
   const auto none = wrong.bytes("");
   ASSERT_FALSE(none.ok());
   EXPECT_THAT(none.error().message, HasSubstr("no such table: nowhere"));
+}
+
+TEST(Line, GoesOnAcrossTheDateLine) {
+  const auto at = [](double longitude_deg) { return Geodetic{-0.3, longitude_deg * kRadPerDeg, 0}; };
+  const auto east = line_of({at(179.5), at(-179.5), at(179.75)}), west = line_of({at(-179.5), at(179.5), at(179)});
+  ASSERT_EQ(east.size(), 3u);
+  EXPECT_NEAR(east[1].first, 180.5, 1e-9);
+  EXPECT_NEAR(east[2].first, 179.75, 1e-9);
+  EXPECT_NEAR(west[1].first, -180.5, 1e-9);
+  EXPECT_NEAR(west[2].first, -181, 1e-9);
+  EXPECT_EQ(line_of({at(12)}).size(), 2u);
 }
 
 TEST(PostgresAddress, IsShownWithoutItsPassword) {
