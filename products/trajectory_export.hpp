@@ -60,7 +60,8 @@ class TrajectoryRows {
 /// Writes rows to a file whose ending says what it is:
 ///   .out, .sbet  SBET: doubles, time in GPS seconds of the first row's week; its SMRMSG has the same name with .smrmsg
 ///   .csv         all of a row, angles in degrees
-///   .gpx, .kml, .geojson  the line, broken at gaps (points in GeoJSON), with times (not in KML)
+///   .gpx, .kml, .geojson  the line, broken at gaps and at the date line (points in GeoJSON), with times (not in KML)
+/// What stands there stays until close() succeeds, and for ever if it is not called.
 /// Thread safety: none.
 class TrajectoryFile {
  public:
@@ -78,6 +79,8 @@ class TrajectoryFile {
   virtual void begin(std::string& out) = 0;
   virtual void put(const TrajectoryRow& row, std::string& out) = 0;
   virtual Status end(std::string& out) = 0;
+  /// Closes the file beside this one, if there is one. It is called when everything is written.
+  virtual Status close_second() { return {}; }
   bool is_first() const { return rows_ == 0; }
 
  private:

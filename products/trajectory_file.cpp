@@ -2,11 +2,14 @@
 
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <span>
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "core/json_text.hpp"
+#include "core/printable.hpp"
 #include "core/utc_text.hpp"
 #include "products/trajectory_export.hpp"
 
@@ -15,12 +18,14 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Returns the text with the characters that XML and JSON reserve left out.
-std::string plain(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    if (static_cast<unsigned char>(c) >= 0x20 && std::string_view("<>&\"'\\").find(c) == std::string_view::npos)
-      out += c;
+/// Returns whether the way from one longitude to the next one, in degrees, leads across the date line.
+bool crosses_date_line(double from, double to) { return std::abs(to - from) > 180; }
+
+/// Returns the time as XML has it, which knows no leap second: it is the second before it once more.
+std::string xml_time(GpsTime time) {
+  std::string out = utc_text(time);
+  constexpr std::size_t kSecond = 17;  // where its two digits are
+  if (out.compare(kSecond, 2, "60") == 0) out.replace(kSecond, 2, "59");
   return out;
 }
 
@@ -62,15 +67,18 @@ class Gpx : public TrajectoryFile {
   }
   // Without heights, as in KML: programs take those of GPX for heights above the sea.
   void put(const TrajectoryRow& row, std::string& out) override {
-    if (row.is_behind_gap) out += "</trkseg><trkseg>\n";
+    const double longitude = row.position.longitude / kDegree;
+    if (row.is_behind_gap || (!is_first() && crosses_date_line(longitude_, longitude))) out += "</trkseg><trkseg>\n";
     out += fmt::format("<trkpt lat=\"{:.9f}\" lon=\"{:.9f}\"><time>{}</time></trkpt>\n",
-                       row.position.latitude / kDegree, row.position.longitude / kDegree, utc_text(row.time));
+                       row.position.latitude / kDegree, longitude, xml_time(row.time));
+    longitude_ = longitude;
   }
   Status end(std::string& out) override {
     out += "</trkseg></trk>\n</gpx>\n";
     return {};
   }
   std::string name_;
+  double longitude_ = 0;  // of the row before, in degrees
 };
 
 class Kml : public TrajectoryFile {
@@ -92,7 +100,7 @@ class Kml : public TrajectoryFile {
     if (row.is_behind_gap) {
       end_line(out);
       begin_line(out);
-    } else if (!is_first() && std::abs(longitude - longitude_) > 180) {
+    } else if (!is_first() && crosses_date_line(longitude_, longitude)) {
       const double edge = longitude_ > 0 ? 180 : -180, before = std::abs(edge - longitude_),
                    after = std::abs(edge + longitude), share = before + after > 0 ? before / (before + after) : 0;
       const double at = latitude_ + share * (latitude - latitude_);
@@ -122,11 +130,12 @@ class Kml : public TrajectoryFile {
 /// One Feature for each row, so that each has its time and attitude and nothing has to be held until the end.
 class GeoJson : public TrajectoryFile {
  public:
+  /// `name` is JSON.
   GeoJson(storage::FileWriter file, std::string name) : TrajectoryFile(std::move(file)), name_(std::move(name)) {}
 
  private:
   void begin(std::string& out) override {
-    out += fmt::format("{{\"type\":\"FeatureCollection\",\"name\":\"{}\",\"features\":[\n", name_);
+    out += fmt::format("{{\"type\":\"FeatureCollection\",\"name\":{},\"features\":[\n", name_);
   }
   void put(const TrajectoryRow& row, std::string& out) override {
     out += fmt::format(
@@ -175,9 +184,9 @@ class Sbet : public TrajectoryFile {
   }
   Status end(std::string&) override {
     if (written_) written_ = accuracies_.write(storage::as_bytes(rest_));
-    const Status closed = accuracies_.close();
-    return written_ ? closed : written_;
+    return written_;
   }
+  Status close_second() override { return accuracies_.close(); }
   storage::FileWriter accuracies_;
   std::string rest_;
   Status written_;
@@ -193,22 +202,21 @@ Result<std::unique_ptr<TrajectoryFile>> TrajectoryFile::create(const std::filesy
   if (!is_sbet && ending != ".csv" && ending != ".gpx" && ending != ".kml" && ending != ".geojson")
     return Error{ErrorCode::Invalid, path.string() + ": a trajectory is written as .out or .sbet (SBET with SMRMSG), " +
                                          ".csv, .gpx, .kml or .geojson; give a name that ends so"};
-  auto file = storage::FileWriter::create(path, IfExists::Replace);
+  auto file = storage::FileWriter::replace(path);
   if (!file) return file.error();
   std::unique_ptr<TrajectoryFile> out;
   if (is_sbet) {
-    auto accuracies =
-        storage::FileWriter::create(std::filesystem::path(path).replace_extension(".smrmsg"), IfExists::Replace);
+    auto accuracies = storage::FileWriter::replace(std::filesystem::path(path).replace_extension(".smrmsg"));
     if (!accuracies) return accuracies.error();
     out = std::make_unique<Sbet>(std::move(*file), std::move(*accuracies));
   } else if (ending == ".csv") {
     out = std::make_unique<Csv>(std::move(*file));
   } else if (ending == ".gpx") {
-    out = std::make_unique<Gpx>(std::move(*file), plain(name));
+    out = std::make_unique<Gpx>(std::move(*file), as_markup(printable(name)));
   } else if (ending == ".kml") {
-    out = std::make_unique<Kml>(std::move(*file), plain(name));
+    out = std::make_unique<Kml>(std::move(*file), as_markup(printable(name)));
   } else {
-    out = std::make_unique<GeoJson>(std::move(*file), plain(name));
+    out = std::make_unique<GeoJson>(std::move(*file), json_text(name));
   }
   out->begin(out->buffer_);
   return out;
@@ -227,10 +235,11 @@ Status TrajectoryFile::flush() {
 }
 
 Status TrajectoryFile::close() {
-  const Status ended = end(buffer_);
-  const Status flushed = flush();
-  const Status closed = file_.close();
-  return !ended ? ended : !flushed ? flushed : closed;
+  Status done = end(buffer_);
+  if (done) done = flush();
+  if (done) done = close_second();
+  if (done) done = file_.close();
+  return done;
 }
 
 }  // namespace hueline::products

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/exit_code.hpp"
@@ -18,14 +19,16 @@ Result<Point<Body>> place_of(const config::Rig& rig, const std::string& sensor) 
   if (sensor.empty()) return Point<Body>{};
   std::string known;
   for (const auto& one : rig.sensors) {
+    std::optional<Point<Body>> place;
     for (const auto& laser : rig.geometry.lasers)
-      if (laser.sensor == one.id && one.name == sensor) return Point<Body>{laser.T_body_scanner.translation};
+      if (laser.sensor == one.id) place = Point<Body>{laser.T_body_scanner.translation};
     for (const auto& lens : rig.geometry.head.lenses)
-      if (lens.camera == one.id && one.name == sensor) return Point<Body>{rig.geometry.head.T_body_head.translation};
-    known += (known.empty() ? "" : ", ") + one.name;
+      if (lens.camera == one.id) place = Point<Body>{rig.geometry.head.T_body_head.translation};
+    if (place && one.name == sensor) return *place;
+    if (place) known += (known.empty() ? "" : ", ") + one.name;
   }
-  return Error{ErrorCode::Invalid,
-               fmt::format("--at {}: no scanner or camera has that name; the rig's sensors are: {}", sensor, known)};
+  return Error{ErrorCode::Invalid, fmt::format("--at {}: no scanner or camera of the rig has that name; it has: {}",
+                                               sensor, known.empty() ? "none" : known)};
 }
 
 class TrajectoryProfile : public ExportProfile {
@@ -47,6 +50,11 @@ class TrajectoryProfile : public ExportProfile {
   }
 
   int run(const ExportWords& words) override {
+    constexpr double kLeastRate_hz = 0.001;
+    if (rate_hz_ > 0 && rate_hz_ < kLeastRate_hz) {
+      log_error("--rate {}: allowed is 0, or {} to 10000", rate_hz_, kLeastRate_hz);
+      return kWrongUse;
+    }
     auto recording = runtime::Recording::open(words.drive, words.rig);
     if (!recording.ok()) {
       log_error(recording.error().message);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <system_error>
@@ -75,8 +76,8 @@ Status PanoramaTables::add(const survey::DrivePanorama& one, const std::string& 
       "\"MAPCaptureTime\":\"{:04}_{:02}_{:02}_{:02}_{:02}_{:02}_{:03}\",\"MAPCompassHeading\":{{\"TrueHeading\":{:.4f},"
       "\"MagneticHeading\":{:.4f}}},\"MAPGPSAccuracyMeters\":{:.4f}}}",
       mapillary_.empty() ? "" : ",", name, one.centre.latitude / kRadPerDeg, one.centre.longitude / kRadPerDeg,
-      utc.year, utc.month, utc.day, utc.hour, utc.minute, utc.second, utc.nanosecond / 1'000'000,
-      one.heading / kRadPerDeg, one.heading / kRadPerDeg, one.sigma_horizontal_m);
+      utc.year, utc.month, utc.day, utc.hour, utc.minute, std::min(utc.second, 59),  // Python has no leap second
+      utc.nanosecond / 1'000'000, one.heading / kRadPerDeg, one.heading / kRadPerDeg, one.sigma_horizontal_m);
   return {};
 }
 

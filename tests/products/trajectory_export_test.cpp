@@ -158,7 +158,7 @@ TEST(TrajectoryFile, TextFilesHaveEveryRow) {
   EXPECT_EQ(count("drive.csv", "\n"), rows.size() + 1);
   EXPECT_EQ(count("drive.gpx", "<trkpt"), rows.size());
   EXPECT_EQ(count("drive.kml", "\n"), rows.size() + 5);
-  EXPECT_EQ(count("drive.gpx", "<name>street 1  co</name>"), 1u) << "without what XML reserves";
+  EXPECT_EQ(count("drive.gpx", "<name>street &lt;1&gt; &amp; &quot;co&quot;</name>"), 1u);
 
   std::istringstream csv(contents(folder / "drive.csv"));
   std::string line;
@@ -168,6 +168,7 @@ TEST(TrajectoryFile, TextFilesHaveEveryRow) {
   EXPECT_EQ(line.rfind("2400,604790.000000,2026-01-10T23:59:32", 0), 0u) << line;
   const auto json = nlohmann::json::parse(contents(folder / "drive.geojson"));
   ASSERT_EQ(json["features"].size(), rows.size());
+  EXPECT_EQ(json["name"], "street <1> & \"co\"");
   const auto& place = json["features"][150]["geometry"]["coordinates"];
   EXPECT_NEAR(place[0].get<double>() * kDegree, rows[150].position.longitude, 1e-10);
   EXPECT_NEAR(place[1].get<double>() * kDegree, rows[150].position.latitude, 1e-10);
@@ -192,6 +193,53 @@ TEST(TrajectoryFile, LinesOfKmlEndAtTheDateLine) {
   EXPECT_EQ(lines[0], "179.980000000,-17.000000000\n179.990000000,-17.000000000\n180.000000000,-17.000100000\n");
   EXPECT_EQ(lines[1], "-180.000000000,-17.000100000\n-179.970000000,-17.000400000\n-180.000000000,-17.000228571\n");
   EXPECT_EQ(lines[2], "180.000000000,-17.000228571\n179.960000000,-17.000000000\n");
+}
+
+TEST(TrajectoryFile, SegmentsOfGpxEndAtTheDateLine) {
+  const TemporaryFolder folder;
+  auto rows = rows_of(0.03, {});
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    rows[i].position = {-17 * kDegree, (i == 2 ? -179.99 : 179.99) * kDegree, 3};
+  write(folder / "drive.gpx", rows);
+  const std::string text = contents(folder / "drive.gpx");
+  std::size_t segments = 0;
+  for (std::size_t at = 0; (at = text.find("<trkseg>", at)) != std::string::npos; ++at) ++segments;
+  EXPECT_EQ(segments, 3u);
+}
+
+/// XML Schema, which GPX refers to, has no second 60: programs refuse the whole file.
+TEST(TrajectoryFile, TimesOfGpxHaveNoLeapSecond) {
+  const TemporaryFolder folder;
+  auto rows = rows_of(0.02, {});
+  ASSERT_EQ(rows.size(), 3u);
+  const GpsTime leap = *from_utc({2016, 12, 31, 23, 59, 60, 250'000'000});
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].time = leap + std::chrono::seconds(static_cast<int>(i) - 1);
+  write(folder / "drive.gpx", rows);
+  write(folder / "drive.csv", rows);
+  const std::string text = contents(folder / "drive.gpx");
+  for (const char* time : {"2016-12-31T23:59:59.250000Z", "2017-01-01T00:00:00.250000Z"})
+    EXPECT_NE(text.find(time), std::string::npos) << time;
+  EXPECT_EQ(text.find(":60."), std::string::npos);
+  EXPECT_NE(contents(folder / "drive.csv").find("2016-12-31T23:59:60.250000Z"), std::string::npos);
+}
+
+/// An export that fails, as by a full disk, leaves what an earlier one wrote.
+TEST(TrajectoryFile, TakesThePlaceOfAnotherWhenItIsWhole) {
+  const TemporaryFolder folder;
+  const auto rows = rows_of(0.05, {});
+  for (const char* name : {"drive.out", "drive.csv", "drive.gpx", "drive.kml", "drive.geojson"}) {
+    write(folder / name, rows);
+    const std::string before = contents(folder / name), sigmas = contents(folder / "drive.smrmsg");
+    {
+      auto file = TrajectoryFile::create(folder / name, "another");
+      ASSERT_TRUE(file);
+      ASSERT_TRUE((*file)->add(rows[0]));
+    }
+    EXPECT_EQ(contents(folder / name), before) << name;
+    EXPECT_EQ(contents(folder / "drive.smrmsg"), sigmas);
+  }
+  for (const auto& one : std::filesystem::directory_iterator(folder.path()))
+    EXPECT_NE(one.path().extension(), ".part") << one.path();
 }
 
 /// A line across a tunnel without solutions would show a road that nobody drove.

@@ -73,6 +73,34 @@ def check_post_processed(rows):
     print(f"post-processing: {len(both)} poses {sum(north) / len(north):.2e} rad farther north; {strips[1]} strips in place of {strips[0]}")
 
 
+def refused(status, sentence, *words):
+    done = subprocess.run((HUELINE, "export", "drive", "--profile", "trajectory", *words), capture_output=True, text=True, timeout=60)
+    if done.returncode != status or sentence not in done.stderr:
+        sys.exit(f"FAILED: {' '.join(words)} gave {done.returncode}, not {status} with '{sentence}': {done.stderr}")
+
+
+def check_refused():
+    """What is refused leaves what an earlier export wrote."""
+    with open("t.csv", "rb") as file:
+        before = file.read()
+    with open("of_another.sbet", "wb") as out:
+        for i in range(1000):
+            out.write(struct.pack("<17d", 100 + i / 100, 0.1, 0.1, 50.0, *[0.0] * 13))
+    refused(2, "of_another.sbet", "--out", "t.csv", "--trajectory", "of_another.sbet")
+    refused(2, "--rate 1e-300: allowed is 0, or 0.001 to 10000", "--out", "t.csv", "--rate", "1e-300")
+    refused(2, "--at pos: no scanner or camera of the rig has that name; it has: laser, camera", "--out", "t.csv", "--at", "pos")
+    os.mkdir("t.smrmsg")
+    with open("t.out", "w") as file:
+        file.write("earlier")
+    refused(4, "t.smrmsg: Is a directory", "--out", "t.out")
+    with open("t.csv", "rb") as file, open("t.out") as sbet:
+        if file.read() != before or sbet.read() != "earlier":
+            sys.exit("FAILED: an export that was refused changed what was there")
+    left = [name for name in os.listdir() if name.endswith(".part")]
+    if left:
+        sys.exit(f"FAILED: left {left}")
+
+
 def main():
     with open("short.yaml", "w") as file:
         file.write(SCENARIO)
@@ -114,6 +142,7 @@ def main():
             if abs(feature["properties"][angle] - float(row[angle])) > 1e-4:
                 sys.exit(f"FAILED: GeoJSON has {feature['properties']}, and the CSV file {row}")
     print(f"GDAL reads {len(rows)} poses from GPX, KML and GeoJSON as they are in the CSV file")
+    check_refused()
     check_post_processed(rows)
 
 
