@@ -137,7 +137,7 @@ T first_of(const char* file, T otherwise) {
 /// Returns whether the message is about the map itself, not about the place that was tried.
 bool is_about_crs(const std::string& message) {
   return std::ranges::any_of(std::array{"is not known", "is not a projected", "has no axes", "counts in",
-                                        "no GNSS service", "not a geographic", "cloud.geoid"},
+                                        "no GNSS service", "not a geographic", "cloud.geoid", "mirror image"},
                              [&](const char* part) { return message.find(part) != std::string::npos; });
 }
 

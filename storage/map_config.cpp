@@ -25,7 +25,8 @@ const TextForm kDatum{"EPSG: and the number of a geographic CRS (EPSG:4937)", is
 void MapConfig::visit(Keys& keys) {
   keys.text(
       {"crs", "",
-       "The map of `cloud.las`: the UTM zone of the drive's origin, or a projected coordinate reference system in "
+       "The map of `cloud.las`: the UTM zone of the drive's origin (near the poles UPS), or a projected coordinate "
+       "reference system in "
        "metres, feet or US survey feet. With `+` and the number of a vertical one, or as a compound one, its heights "
        "are those of that system, in its unit; otherwise they are above the ellipsoid, in metres."},
       crs, kCrs);

@@ -8,8 +8,8 @@ namespace hueline::storage {
 
 /// The map of a cloud, and the datum of the positions that come into it.
 struct MapConfig {
-  /// "utm" (the WGS84 zone of the drive's origin), "EPSG:n" (a projected CRS in metres or feet, or a compound one with
-  /// its own heights) or "EPSG:n+m" (a projected CRS and a vertical one).
+  /// "utm" (the WGS84 zone of the drive's origin; UPS near the poles), "EPSG:n" (a projected CRS in metres or feet, or
+  /// a compound one with its own heights) or "EPSG:n+m" (a projected CRS and a vertical one).
   std::string crs = "utm";
   /// The CRS of the POS's positions, "EPSG:n", a geographic one; empty: the one of the map's own datum.
   std::string datum{};

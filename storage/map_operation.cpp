@@ -46,6 +46,12 @@ std::optional<MapUnit> unit_along(PJ_CONTEXT* context, const PJ* crs, std::strin
   return map_unit_of(metres);
 }
 
+/// Returns the first sentence of a description of EPSG; many countries stand behind it.
+std::string first_sentence(const char* text) {
+  const std::string_view all(text ? text : "?");
+  return std::string(all.substr(0, all.find(". ")));
+}
+
 /// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in a unit that clouds can have,
 /// and used at `place`; `unit` is then set.
 std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place, MapUnit& unit) {
@@ -64,7 +70,7 @@ std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place, MapUn
   const double from_west = std::fmod(longitude - west + kBeyond + 720, 360);  // >= 0
   if (from_west > width + 2 * kBeyond || latitude < south - kBeyond || latitude > north + kBeyond)
     return fmt::format("is for {} (latitude {} to {}, longitude {} to {}), the drive is at {:.4f}, {:.4f}",
-                       area ? area : "?", south, north, west, east, latitude, longitude);
+                       first_sentence(area), south, north, west, east, latitude, longitude);
   return {};
 }
 
@@ -140,7 +146,10 @@ std::optional<TransverseMercator::Parameters> transverse_mercator_of(PJ_CONTEXT*
 }  // namespace
 
 int utm_epsg(const Geodetic& place) {
+  constexpr int kUpsNorth = 5041, kUpsSouth = 5042;
   const double latitude = place.latitude * kDegPerRad, longitude = place.longitude * kDegPerRad;
+  if (latitude >= 84) return kUpsNorth;
+  if (latitude < -80) return kUpsSouth;
   // A longitude that was rounded may lie beyond the antimeridian, on either side.
   int zone = (static_cast<int>(std::floor((longitude + 180) / 6)) + 60) % 60 + 1;
   if (latitude >= 56 && latitude < 64 && longitude >= 3 && longitude < 12) zone = 32;
@@ -237,8 +246,27 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
       return invalid(fmt::format("cannot show latitude {:.4f}, longitude {:.4f}{}", place.latitude * kDegPerRad,
                                  place.longitude * kDegPerRad,
                                  out.to_geoid_ ? ", or cloud.geoid has no height there" : ""));
+  const double area = out.area_at(place);
+  // Most programs that show points take x, y and z for axes of a right hand.
+  if (!(area > 0))
+    return invalid("has axes in an order that makes a mirror image of the ground: give the CRS with east and north");
+  constexpr double kToldScale = 0.01;
+  if (const double scale = std::sqrt(area); std::abs(scale - 1) > kToldScale)
+    out.words_ += fmt::format("; 1 m on the ground is {:.3f} m on this map", scale);
   if (Status database = out.context_.database(); !database.ok()) return database.error();
   return out;
+}
+
+double MapOperation::area_at(const Geodetic& place) const {
+  constexpr double kSide_m = 10;
+  const Transform<Ecef, Enu> T_ecef_enu = ecef_from_enu(place);
+  const auto place_of = [&](double east, double north) {
+    const auto at = apply(to_geodetic(T_ecef_enu * Point<Enu>{{east, north, 0}}));
+    return Eigen::Vector2d(at[0], at[1]);
+  };
+  const Eigen::Vector2d corner = place_of(0, 0), east = place_of(kSide_m, 0) - corner,
+                        north = place_of(0, kSide_m) - corner;
+  return (east.x() * north.y() - east.y() * north.x()) * unit_.metres * unit_.metres / (kSide_m * kSide_m);
 }
 
 Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* source, PJ* target) {

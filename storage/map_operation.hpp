@@ -44,6 +44,9 @@ class MapOperation {
  private:
   Status choose(const Geodetic& place, const MapConfig& config, PJ* source, PJ* target);
   std::array<double, 3> apply_proj(const Geodetic& place) const;
+  /// Returns how many square metres on the map a square metre on the ground is; less than 0 if the map is a mirror
+  /// image.
+  double area_at(const Geodetic& place) const;
 
   ProjContext context_;
   ProjObject to_map_;    // longitude, latitude in degrees, height -> easting, northing, height
@@ -55,7 +58,8 @@ class MapOperation {
   std::string crs_, name_, wkt_, words_;
 };
 
-/// Returns the EPSG code of the WGS84 UTM zone at a place, with the exceptions around Norway and Svalbard.
+/// Returns the EPSG code of the WGS84 UTM zone at a place, with the exceptions around Norway and Svalbard; from 84
+/// degrees north on and beyond 80 degrees south, where UTM ends, that of the polar map UPS (easting, northing).
 int utm_epsg(const Geodetic& place);
 
 }  // namespace hueline::storage

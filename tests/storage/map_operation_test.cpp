@@ -145,6 +145,32 @@ TEST(MapOperation, AMapInFeetSaysSoToOthers) {
   }
 }
 
+/// The Czech and Slovak maps count to the south and to the west: with them in place of x and y a cloud is a mirror
+/// image.
+TEST(MapOperation, RefusesAxesThatMirrorTheGround) {
+  const Geodetic prague = place(50.08, 14.42);
+  const auto mirrored = MapOperation::create(prague, {.crs = "EPSG:5513", .datum = "EPSG:4937", .accuracy_m = 2}, 2026);
+  ASSERT_FALSE(mirrored.ok());
+  EXPECT_EQ(mirrored.error().code, ErrorCode::Invalid);
+  EXPECT_THAT(mirrored.error().message, HasSubstr("mirror image of the ground"));
+  const auto plain = MapOperation::create(prague, {.crs = "EPSG:5514", .datum = "EPSG:4937", .accuracy_m = 2}, 2026);
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  const auto here = plain->apply(prague), north = plain->apply(place(50.081, 14.42));
+  EXPECT_NEAR(north[1] - here[1], 111.2 * std::cos(10.4 * kRadPerDeg), 1.5) << "the meridians lean by some 8 degrees";
+  // To the west and to the south is a turn, not a mirror.
+  EXPECT_TRUE(MapOperation::create(place(-26, 31), {.crs = "EPSG:2054", .datum = "EPSG:4148"}, 2026).ok());
+}
+
+TEST(MapOperation, SaysWhereTheMapsScaleIsFarFromOne) {
+  const auto words = [](const Geodetic& at, const std::string& crs) {
+    const auto map = MapOperation::create(at, {.crs = crs}, 2026);
+    return map.ok() ? map->words() : map.error().message;
+  };
+  EXPECT_THAT(words(place(60, 20), "EPSG:3857"), HasSubstr("; 1 m on the ground is 1.99"));
+  EXPECT_THAT(words(place(-85, 20), "EPSG:3031"), HasSubstr("; 1 m on the ground is 0.97"));
+  EXPECT_THAT(words(place(60, 20), "EPSG:32634"), testing::Not(HasSubstr("on the ground")));
+}
+
 TEST(MapOperation, MeetsAPublishedCheckPoint) {
   // EPSG Guidance Note 7-2, transverse Mercator as used for UTM: none has a datum shift. swisstopo's own example of
   // LV95: the fundamental point, the old observatory of Bern, has E 2 600 000, N 1 200 000; in ETRS89 its place is

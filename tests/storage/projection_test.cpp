@@ -133,6 +133,10 @@ TEST(UtmEpsg, KnowsTheExceptions) {
   EXPECT_EQ(at(10, 180), 32601);
   EXPECT_EQ(at(-17, -180 - 1e-12), 32760);
   EXPECT_EQ(at(-17, 180 + 1e-12), 32701);
+  EXPECT_EQ(at(83.9, 100), 32647);
+  EXPECT_EQ(at(84, 100), 5041) << "UTM ends there";
+  EXPECT_EQ(at(-80, 20), 32734);
+  EXPECT_EQ(at(-90, 20), 5042);
 }
 
 }  // namespace
