@@ -57,10 +57,11 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
                                const CloudExport& options);
 
 /// Writes the index of the parts as GeoJSON (RFC 7946): a rectangle for each part, in longitude and latitude on the
-/// datum of the cloud's CRS, with its file, number of points, bounds and times. Returns whether the parts have
-/// rectangles: they have none without a CRS, and with one that is neither projected nor geographic. Errors: Io.
-Result<bool> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
-                              const std::string& wkt);
+/// datum of the cloud's CRS, with its file, number of points, bounds and times. Returns how many parts have no
+/// rectangle: all without a CRS, and with one that is neither projected nor geographic; those whose coordinates are no
+/// places of the CRS. Errors: Io.
+Result<std::size_t> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
+                                     const std::string& wkt);
 
 /// Cuts a drive into strips of `length_m` by the places where the vehicle was. Steps below half a metre count once they
 /// add up, so that a standing vehicle drives nowhere. Thread safety: none.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -101,23 +102,26 @@ class ToGeographic {
 
 }  // namespace
 
-Result<bool> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
-                              const std::string& wkt) {
+Result<std::size_t> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
+                                     const std::string& wkt) {
   auto file = TextFile::create(path);
   if (!file) return file.error();
   const ToGeographic to_geographic(wkt);
   if (Status database = to_geographic.database(); !database.ok()) return database.error();
   file->add("{\"type\":\"FeatureCollection\",\"features\":[");
+  std::size_t without = 0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const CloudPart& part = parts[i];
     file->add(i == 0 ? "\n" : ",\n");
     file->add("{\"type\":\"Feature\",\"geometry\":");
     const auto& [low, high] = std::pair(part.minimum, part.maximum);
-    if (to_geographic) {
-      Ring ring;
+    Ring ring;
+    if (to_geographic)
       for (const auto& [x, y] : std::array<std::array<double, 2>, 5>{
                {{low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}, {low[0], low[1]}}})
         ring.push_back(to_geographic(x, y));
+    const auto is_place = [](const Place& place) { return std::isfinite(place[0]) && std::isfinite(place[1]); };
+    if (!ring.empty() && std::ranges::all_of(ring, is_place)) {
       const std::vector<Ring> rings = cut_at_date_line(std::move(ring));
       if (rings.size() == 1)
         file->add(fmt::format("{{\"type\":\"Polygon\",\"coordinates\":{}}}", text_of(rings[0])));
@@ -125,6 +129,7 @@ Result<bool> write_part_index(const std::filesystem::path& path, const std::vect
         file->add(
             fmt::format("{{\"type\":\"MultiPolygon\",\"coordinates\":[{},{}]}}", text_of(rings[0]), text_of(rings[1])));
     } else {
+      ++without;
       file->add("null");
     }
     file->add(fmt::format(
@@ -141,7 +146,7 @@ Result<bool> write_part_index(const std::filesystem::path& path, const std::vect
   }
   file->add("\n]}\n");
   if (Status closed = file->close(); !closed.ok()) return closed.error();
-  return static_cast<bool>(to_geographic);
+  return without;
 }
 
 }  // namespace hueline::products

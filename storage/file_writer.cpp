@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace hueline::storage {
@@ -29,12 +30,15 @@ Result<FileWriter> FileWriter::replace(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, error);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     return create(path, IfExists::Replace);
-  std::filesystem::path temporary = path;
-  temporary += ".part";
+  constexpr std::size_t kLongestName = 255;  // bytes, of Linux
+  constexpr std::string_view kPart = ".part";
+  std::string name = path.filename().string();
+  name.resize(std::min(name.size(), kLongestName - kPart.size()));
+  const std::filesystem::path temporary = path.parent_path() / name.append(kPart);
   auto file = create(temporary, IfExists::Replace);
   if (!file) return file;
   file->beside_ = std::make_unique<Beside>();
-  file->beside_->temporary = std::move(temporary);
+  file->beside_->temporary = temporary;
   file->beside_->final = path;
   return file;
 }

@@ -1,6 +1,7 @@
 #include "storage/las_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -59,11 +60,17 @@ Result<LasReader> LasReader::open(const std::filesystem::path& path) {
 }
 
 Status LasReader::read_records() {
+  if (file_.size() == 0)
+    return Error{ErrorCode::Malformed, "the file is empty: the run that was to make the cloud placed no point"};
   Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(kLasHeaderSize14, file_.size())));
   if (Status done = file_.read(0, head); !done) return done;
   Result<LasHeader> header = decode_las_header(head);
   if (!header) return header.error();
   header_ = *header;
+  constexpr double kFarthest = 1e15, kSteps = 2147483648.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(header_.scale[k] != 0 && std::abs(header_.scale[k]) * kSteps + std::abs(header_.offset[k]) < kFarthest))
+      return Error{ErrorCode::Malformed, "the scales and offsets in its header make no coordinates"};
   const bool is_compressed = header_.point_format & kLazFlag;
   header_.point_format &= static_cast<std::uint8_t>(~kLazFlag);
   if (header_.point_format > kLargestFormat)

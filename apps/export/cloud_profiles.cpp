@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -49,6 +50,16 @@ void tell_left_out(const std::string& out, const std::vector<std::string>& recor
   for (const std::string& record : records) log_warning("not in {}: {}", out, record);
 }
 
+/// Returns how many compressed clouds a folder has beside these.
+std::size_t other_parts(const std::filesystem::path& folder, const std::vector<products::CloudPart>& parts) {
+  std::size_t count = 0;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    count += at->path().extension() == ".laz" &&
+             std::ranges::find(parts, at->path().filename(), &products::CloudPart::file) == parts.end();
+  return count;
+}
+
 int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc, const products::CloudExport& config) {
   const auto split = products::CloudSplit::parse(words.split);
   if (!split.ok()) throw config::ConfigError("--split: " + split.error().message);
@@ -66,9 +77,13 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     log_error(folder.error().message);
     return kOutputRefused;
   }
+  const std::filesystem::path index = folder->path() / "index.geojson";
   const auto done = products::split_cloud(cloud, folder->path(), *split, ends, is_copc, config);
   if (!done.ok()) {
     log_error(done.error().message);
+    // Parts that it lists may have been replaced.
+    if (std::error_code error; done.error().code == ErrorCode::Io && std::filesystem::remove(index, error))
+      log_warning("{} of an earlier export was removed", index.string());
     return failed_status(done.error());
   }
   const auto source = storage::LasReader::open(cloud);
@@ -77,15 +92,18 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     log_error(wkt.error().message);
     return opening_status(wkt.error());
   }
-  const Result<bool> indexed = products::write_part_index(folder->path() / "index.geojson", done->parts, *wkt);
+  const Result<std::size_t> indexed = products::write_part_index(index, done->parts, *wkt);
   if (!indexed.ok()) {
     log_error(indexed.error().message);
     return kOutputRefused;
   }
-  if (!*indexed)
-    log_warning("index.geojson has no rectangles: the cloud {}",
-                wkt->empty() ? "says no CRS, neither in words (WKT) nor by its number (EPSG)"
-                             : "is in a CRS that is neither projected nor geographic");
+  if (*indexed > 0)
+    log_warning("index.geojson has no rectangles of {} parts: {}", *indexed,
+                wkt->empty() ? "the cloud says no CRS, neither in words (WKT) nor by its number (EPSG)"
+                             : "their coordinates are no places of the cloud's CRS, or it is neither projected nor "
+                               "geographic");
+  if (const std::size_t others = other_parts(folder->path(), done->parts); others > 0)
+    log_warning("{} has {} more clouds, as of an earlier export; index.geojson does not list them", words.out, others);
   tell_left_out(words.out, source->left_out());
   std::uint64_t points = 0, bytes = 0;
   for (const products::CloudPart& part : done->parts) {

@@ -98,7 +98,7 @@ told 2 "--trajectory: the profile laz writes the cloud as it is; .hueline replay
 told 2 "--split: the profile trajectory does not split" export drive --profile trajectory --out t.csv --split time:60s
 told 2 "--rig: the profile laz writes the cloud as it is" export drive --out c.laz --rig file.yaml
 [ -z "$(ls c.* t.* 2>/dev/null)" ] || fail "a refused export wrote $(ls c.* t.*)"
-told 3 "drive/cloud.las: not a LAS file" export drive --out c.LAZ
+told 3 "drive/cloud.las: the file is empty: the run that was to make the cloud placed no point" export drive --out c.LAZ
 told 3 "open absent.bag: No such file" import absent.bag --out d
 [ ! -e d ] || fail "an import without a recording made a folder"
 told 2 "fleet.csv: a catalogue is written as a GeoPackage" fleet catalogue drive --out fleet.csv

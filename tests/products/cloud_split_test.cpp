@@ -137,7 +137,7 @@ TEST_F(Split, PartsCanBeOctrees) {
 TEST_F(Split, TheIndexSaysWhereAndWhen) {
   const SplitCloud done = split("tile:100m");
   auto cloud = LasReader::open(folder_ / "cloud.las");
-  EXPECT_TRUE(*write_part_index(folder_ / "index.geojson", done.parts, cloud->wkt()));
+  EXPECT_EQ(*write_part_index(folder_ / "index.geojson", done.parts, cloud->wkt()), 0u);
   const auto index = nlohmann::json::parse(std::ifstream(folder_ / "index.geojson"));
   ASSERT_EQ(index["features"].size(), done.parts.size());
   for (const auto& feature : index["features"]) {
@@ -155,9 +155,22 @@ TEST_F(Split, TheIndexSaysWhereAndWhen) {
   const char* geocentric =
       R"(GEOCCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["metre",1]])";
   for (const char* crs : {"", geocentric}) {
-    EXPECT_FALSE(*write_part_index(folder_ / "bare.geojson", done.parts, crs));
+    EXPECT_EQ(*write_part_index(folder_ / "bare.geojson", done.parts, crs), done.parts.size());
     EXPECT_TRUE(nlohmann::json::parse(std::ifstream(folder_ / "bare.geojson"))["features"][0]["geometry"].is_null());
   }
+}
+
+/// As of a cloud in millimetres: its CRS has no such place.
+TEST_F(Split, APartBeyondTheMapHasNoRectangle) {
+  const auto cloud = LasReader::open(folder_ / "cloud.las");
+  ASSERT_TRUE(cloud);
+  CloudPart here, beyond;
+  here.minimum = here.maximum = {691'600, 5'334'700, 500};
+  beyond.minimum = beyond.maximum = {1e12, -1e12, 0};
+  EXPECT_EQ(*write_part_index(folder_ / "index.geojson", {here, beyond}, cloud->wkt()), 1u);
+  const auto index = nlohmann::json::parse(std::ifstream(folder_ / "index.geojson"));
+  EXPECT_EQ(index["features"][0]["geometry"]["type"], "Polygon");
+  EXPECT_TRUE(index["features"][1]["geometry"].is_null());
 }
 
 /// A Mercator map on WGS84's ellipsoid, of the meridian `central`.
@@ -174,7 +187,7 @@ TEST_F(Split, TheIndexIsCutAtTheDateLine) {
   part.maximum = {222.6389816, 111, 0};
   const std::string greenwich = std::string(kDatum) + R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
   const auto geometry = [&](const std::string& wkt) {
-    EXPECT_TRUE(*write_part_index(folder_ / "index.geojson", {part}, wkt));
+    EXPECT_EQ(*write_part_index(folder_ / "index.geojson", {part}, wkt), 0u);
     return nlohmann::json::parse(std::ifstream(folder_ / "index.geojson"))["features"][0]["geometry"];
   };
   const auto bounds = [](const nlohmann::json& ring) {

@@ -5,6 +5,8 @@
 
 #include <array>
 #include <csignal>
+#include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -457,6 +459,17 @@ TEST(LasReader, RefusesWhatItCannotRead) {
   const auto laz = LasReader::open(folder / "laz.las");
   EXPECT_EQ(laz.error().code, ErrorCode::Malformed);
   EXPECT_NE(laz.error().message.find("LAZ"), std::string::npos);
+  test::write_file(folder / "empty.las", "");
+  EXPECT_NE(LasReader::open(folder / "empty.las").error().message.find("the file is empty"), std::string::npos);
+  // A scale that makes no coordinates: pictures of them had no end.
+  for (const double scale : {1e300, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
+    bytes = test::contents(folder / "cloud.las");
+    std::memcpy(bytes.data() + 131, &scale, sizeof scale);
+    test::write_file(folder / "scale.las", bytes);
+    const auto scaled = LasReader::open(folder / "scale.las");
+    ASSERT_FALSE(scaled) << scale;
+    EXPECT_NE(scaled.error().message.find("make no coordinates"), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -176,6 +176,11 @@ TEST(FileWriter, ReplacesAFileOnlyByAWholeOne) {
   ASSERT_TRUE(moved.close());
   EXPECT_EQ(test::contents(path), "a whole");
   EXPECT_EQ(names(), 1);
+  const auto longest = folder / (std::string(251, 'n') + ".laz");
+  auto named = FileWriter::replace(longest);
+  ASSERT_TRUE(named) << named.error().message;
+  ASSERT_TRUE(named->close());
+  EXPECT_TRUE(std::filesystem::exists(longest)) << "no name is too long for the file beside it";
   std::filesystem::create_symlink(path, folder / "link");
   EXPECT_FALSE(FileWriter::replace(folder / "link")) << "as every output";
 }

@@ -33,6 +33,12 @@ def parts(folder):
     return {(p["file"], p["points"]) for p in (f["properties"] for f in json.load(open(f"tiles-{folder}/index.geojson"))["features"])}
 assert parts("las") == parts("copc-1") and len(parts("las")) > 3, (parts("las"), parts("copc-1"))
 END
+# Parts of an earlier export stay, and are told; an index whose parts may have been replaced does not stay.
+ends 0 "$hueline" export las --profile laz --split tile:40m --out tiles-las
+says 'tiles-las has [0-9]+ more clouds, as of an earlier export'
+ends 4 bash -c 'ulimit -f 2; exec "$@"' - "$hueline" export las --profile laz --split tile:30m --out tiles-las
+says 'tiles-las/index.geojson of an earlier export was removed'
+[ ! -e tiles-las/index.geojson ] || fail "an index of other parts stayed"
 # A folder keeps the cloud of its last run only.
 ends 0 "$hueline" replay drive --rig las.yaml --out copc-1 --no-feed
 [ ! -e copc-1/cloud.copc.laz ] || fail "the cloud of the run before stayed"

@@ -125,7 +125,7 @@ bool write_parts(const std::filesystem::path& folder) {
   const auto cloud = LasReader::open(folder / "cloud.las");
   if (!cloud) return !failed(cloud.error());
   const auto indexed = products::write_part_index(parts / "index.geojson", written->parts, cloud->wkt());
-  return indexed ? *indexed : !failed(indexed.error());
+  return indexed ? *indexed == 0 : !failed(indexed.error());
 }
 
 bool write_cloud(const std::filesystem::path& folder) {
