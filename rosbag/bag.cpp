@@ -10,6 +10,7 @@
 #include "core/input_folder.hpp"
 #include "core/packed_file.hpp"
 #include "rosbag/packed_file.hpp"
+#include "rosbag/turned_bag.hpp"
 #include "storage/mcap_format.hpp"
 
 namespace hueline::rosbag {
@@ -40,7 +41,7 @@ Result<Kind> kind_of(const std::filesystem::path& path) {
   return kind_of(std::string_view(first.data(), size), path);
 }
 
-Result<std::unique_ptr<Bag>> open_file(const std::filesystem::path& path) {
+Result<std::unique_ptr<Bag>> open_format(const std::filesystem::path& path) {
   const auto kind = kind_of(path);
   if (!kind.ok()) return kind.error();
   switch (*kind) {
@@ -58,6 +59,12 @@ Result<std::unique_ptr<Bag>> open_file(const std::filesystem::path& path) {
   }
   return Error{ErrorCode::Unsupported,
                path.string() + " is no recording of ROS: neither MCAP, nor SQLite (.db3), nor a .bag of version 2.0"};
+}
+
+Result<std::unique_ptr<Bag>> open_file(const std::filesystem::path& path) {
+  auto bag = open_format(path);
+  if (!bag.ok()) return bag;
+  return turned_bag(std::move(*bag));
 }
 
 /// The order of the files of a folder: name_2 comes before name_10.

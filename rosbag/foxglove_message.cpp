@@ -61,14 +61,19 @@ class Ros1Writer {
   std::string bytes_;
 };
 
+/// How far the length of a rotation's four numbers may be from 1.
+constexpr double kUnit = 0.01;
+
 Eigen::Vector3d vector_of(const FoxglovePart* from) {
   return from ? Eigen::Vector3d(from->number("x"), from->number("y"), from->number("z")) : Eigen::Vector3d::Zero();
 }
-/// A rotation that is not there, or of zeros, as protobuf reads it then, is none.
+/// A rotation that is not there, or of zeros, as protobuf reads it then, is none. A flatbuffer leaves out the w of half
+/// a turn, 0, or that of no rotation, 1, by the version of its schema.
 Eigen::Quaterniond rotation_of(const FoxglovePart* from) {
   if (!from) return Eigen::Quaterniond::Identity();
   const Eigen::Vector3d v = vector_of(from);
-  const double w = from->number("w");
+  double w = from->number("w");
+  if (w == 1 && std::abs(v.norm() - 1) < kUnit) w = 0;
   return w == 0 && v.isZero(0) ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(w, v.x(), v.y(), v.z());
 }
 void put_place(Ros1Writer& out, const Eigen::Vector3d& t, const Eigen::Quaterniond& q) {
@@ -129,7 +134,7 @@ void turn_cloud(const FoxglovePart& in, Ros1Writer& out) {
   if (const auto pose = in.part("pose")) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     const Eigen::Quaterniond q = rotation_of(pose->part("orientation").get());
-    if (!(std::abs(q.norm() - 1) < 0.01)) throw WrongForm{"pose"};
+    if (!(std::abs(q.norm() - 1) < kUnit)) throw WrongForm{"pose"};
     T.linear() = q.normalized().toRotationMatrix();
     T.translation() = vector_of(pose->part("position").get());
     if (!T.matrix().isIdentity(1e-9)) place_points(data, stride, fields, T);
@@ -170,11 +175,22 @@ void turn_transforms(const FoxglovePart& in, Ros1Writer& out) {
   for (const auto& one : transforms) turn_transform(*one, out);
 }
 
-void turn_pose(const FoxglovePart& in, Ros1Writer& out) {
+void put_pose(const FoxglovePart& in, Ros1Writer& out) {
   const auto pose = in.part("pose");
   if (!pose) throw WrongForm{"pose"};
-  out.header(in.time("timestamp"), in.text("frame_id"));
   put_place(out, vector_of(pose->part("position").get()), rotation_of(pose->part("orientation").get()));
+}
+
+void turn_pose(const FoxglovePart& in, Ros1Writer& out) {
+  put_pose(in, out.header(in.time("timestamp"), in.text("frame_id")));
+}
+
+void turn_odometry(const FoxglovePart& in, Ros1Writer& out) {
+  put_pose(in, out.header(in.time("timestamp"), in.text("frame_id")).text(in.text("body_frame_id")));
+  out.numbers(in, "pose_covariance", 36);
+  for (const char* field : {"linear_velocity", "angular_velocity"})
+    for (const double value : vector_of(in.part(field).get())) out.put(value);
+  out.numbers(in, "velocity_covariance", 36);
 }
 
 void turn_fix(const FoxglovePart& in, Ros1Writer& out) {
@@ -183,6 +199,7 @@ void turn_fix(const FoxglovePart& in, Ros1Writer& out) {
   out.numbers(in, "position_covariance", 9).put(static_cast<std::uint8_t>(in.whole("position_covariance_type")));
 }
 
+constexpr std::string_view kFoxglove = "foxglove.", kFoxgloveMsgs = "foxglove_msgs/";
 using Turn = void (*)(const FoxglovePart&, Ros1Writer&);
 struct Schema {
   std::string ros;
@@ -198,6 +215,7 @@ const std::map<std::string, Schema>& known_schemas() {
       {"foxglove.FrameTransform", {"tf2_msgs/TFMessage", turn_one_transform}},
       {"foxglove.FrameTransforms", {"tf2_msgs/TFMessage", turn_transforms}},
       {"foxglove.PoseInFrame", {"geometry_msgs/PoseStamped", turn_pose}},
+      {"foxglove.Odometry", {"nav_msgs/Odometry", turn_odometry}},
       {"foxglove.LocationFix", {"sensor_msgs/NavSatFix", turn_fix}}};
   return kSchemas;
 }
@@ -232,6 +250,31 @@ class JsonReader final : public Reader {
       turn(*part_of(json), out);
     });
   }
+};
+
+/// Messages whose bytes do not name their fields. `name`: that of the schema, "PointCloud".
+class FlatbufferReader final : public Reader {
+ public:
+  FlatbufferReader(const Schema& schema, std::string name) : Reader(schema), name_(std::move(name)) {}
+  Result<Buffer> turned(std::span<const std::byte> message) const override {
+    return written([&](Ros1Writer& out, Turn turn) { turn(*part_of_flatbuffer(name_, message), out); });
+  }
+
+ private:
+  std::string name_;
+};
+
+class RosMessageReader final : public Reader {
+ public:
+  RosMessageReader(const Schema& schema, std::string name, drivers::RosEncoding encoding)
+      : Reader(schema), name_(std::move(name)), encoding_(encoding) {}
+  Result<Buffer> turned(std::span<const std::byte> message) const override {
+    return written([&](Ros1Writer& out, Turn turn) { turn(*part_of_ros(name_, {message, encoding_}), out); });
+  }
+
+ private:
+  std::string name_;
+  drivers::RosEncoding encoding_;
 };
 
 /// Keeps what is wrong with a schema for itself.
@@ -288,19 +331,30 @@ class ProtobufReader final : public Reader {
 
 Result<std::unique_ptr<FoxgloveReader>> FoxgloveReader::make(const storage::McapSchema& schema,
                                                              const std::string& message_encoding) {
-  const bool is_protobuf = message_encoding == "protobuf";
-  if (!is_protobuf && message_encoding != "json")
-    return Error{ErrorCode::Unsupported, "its messages are not of ROS but \"" + message_encoding + "\""};
+  const bool is_known =
+      message_encoding == "protobuf" || message_encoding == "json" || message_encoding == "flatbuffer";
+  if (!is_known) return Error{ErrorCode::Unsupported, "its messages are not of ROS but \"" + message_encoding + "\""};
   const auto known = known_schemas().find(schema.name);
   if (known == known_schemas().end())
     return Error{ErrorCode::Unsupported, "of messages in " + message_encoding +
                                              " those in Foxglove's schemas of clouds, images, calibrations, " +
                                              "transforms, poses and fixes are read"};
-  if (!is_protobuf) return std::unique_ptr<FoxgloveReader>(std::make_unique<JsonReader>(known->second));
+  if (message_encoding == "json") return std::unique_ptr<FoxgloveReader>(std::make_unique<JsonReader>(known->second));
+  if (message_encoding == "flatbuffer")
+    return std::unique_ptr<FoxgloveReader>(
+        std::make_unique<FlatbufferReader>(known->second, schema.name.substr(kFoxglove.size())));
   auto reader = std::make_unique<ProtobufReader>(known->second);
   if (!reader->open(schema.name, schema.data))
     return Error{ErrorCode::Unsupported, "the recording has no schema of its messages in protobuf"};
   return std::unique_ptr<FoxgloveReader>(std::move(reader));
+}
+
+std::unique_ptr<FoxgloveReader> FoxgloveReader::of_ros(const std::string& type, drivers::RosEncoding encoding) {
+  if (!type.starts_with(kFoxgloveMsgs)) return nullptr;
+  const std::string name = type.substr(kFoxgloveMsgs.size());
+  const auto known = known_schemas().find(std::string(kFoxglove) + name);
+  if (known == known_schemas().end() || known->second.ros == type) return nullptr;
+  return std::make_unique<RosMessageReader>(known->second, name, encoding);
 }
 
 }  // namespace hueline::rosbag

@@ -11,12 +11,6 @@ namespace {
 
 namespace pb = google::protobuf;
 
-UnixTime time_of(std::int64_t seconds, std::int64_t nanos) {
-  constexpr std::int64_t kMost = 4'294'967'295, kSecond_ns = 1'000'000'000;  // what a stamp of ROS can hold
-  if (seconds < 0 || seconds > kMost || nanos < 0 || nanos >= kSecond_ns) throw WrongForm{"timestamp"};
-  return UnixTime(nanoseconds(seconds * kSecond_ns + nanos));
-}
-
 class ProtobufPart final : public FoxglovePart {
  public:
   explicit ProtobufPart(const pb::Message& message) : message_(&message), of_(message.GetReflection()) {}
@@ -36,7 +30,7 @@ class ProtobufPart final : public FoxglovePart {
     const pb::Message* found = message(name);
     if (!found) return {};
     const ProtobufPart stamp(*found);
-    return time_of(stamp.integer("seconds"), stamp.integer("nanos"));
+    return foxglove_time(stamp.integer("seconds"), stamp.integer("nanos"));
   }
   std::vector<double> numbers(const std::string& name) const override {
     const pb::FieldDescriptor* field = find(name, true);
@@ -125,7 +119,7 @@ class JsonPart final : public FoxglovePart {
   UnixTime time(const std::string& name) const override {
     const auto stamp = part(name);
     if (!stamp) return {};
-    return time_of(std::int64_t{stamp->whole("sec")}, std::int64_t{stamp->whole("nsec")});
+    return foxglove_time(std::int64_t{stamp->whole("sec")}, std::int64_t{stamp->whole("nsec")});
   }
   std::vector<double> numbers(const std::string& name) const override {
     std::vector<double> out;
@@ -162,6 +156,12 @@ class JsonPart final : public FoxglovePart {
 };
 
 }  // namespace
+
+UnixTime foxglove_time(std::int64_t seconds, std::int64_t nanos) {
+  constexpr std::int64_t kMost = 4'294'967'295, kSecond_ns = 1'000'000'000;  // what a stamp of ROS can hold
+  if (seconds < 0 || seconds > kMost || nanos < 0 || nanos >= kSecond_ns) throw WrongForm{"timestamp"};
+  return UnixTime(nanoseconds(seconds * kSecond_ns + nanos));
+}
 
 std::unique_ptr<FoxglovePart> part_of(const pb::Message& message) { return std::make_unique<ProtobufPart>(message); }
 std::unique_ptr<FoxglovePart> part_of(const nlohmann::json& message) { return std::make_unique<JsonPart>(message); }

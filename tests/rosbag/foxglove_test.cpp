@@ -4,9 +4,12 @@
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 
+#include "core/base64.hpp"
 #include "drivers/ros/ros_cloud.hpp"
 #include "drivers/ros/ros_pose_message.hpp"
 #include "rosbag/bag.hpp"
@@ -110,6 +113,19 @@ TEST(Foxglove, ThePoseOfACloudIsApplied) {
   expect_point(turned(cloud), 1, {5, 4, 6}, 4000);
 }
 
+/// The lens of the CameraCalibrations here.
+void expect_calibration(RosReader in) {
+  EXPECT_EQ(in.take_header().frame, "cam");
+  EXPECT_EQ(in.take<std::uint32_t>(), 480u);
+  EXPECT_EQ(in.take<std::uint32_t>(), 640u);
+  EXPECT_EQ(in.take_string(), "plumb_bob");
+  ASSERT_EQ(in.take<std::uint32_t>(), 5u);
+  for (const double value : {0.1, 0.2, 0., 0., 0.}) EXPECT_EQ(in.take<double>(), value);
+  for (const double value : {500., 0., 320., 0., 501., 240., 0., 0., 1.}) EXPECT_EQ(in.take<double>(), value);
+  for (int i = 0; i < 9 + 12; ++i) EXPECT_EQ(in.take<double>(), 0);
+  EXPECT_TRUE(in.ok());
+}
+
 /// A program's own version of a schema may number its fields otherwise.
 TEST(Foxglove, FieldsAreFoundByTheirNames) {
   google::protobuf::FileDescriptorSet files;
@@ -197,10 +213,194 @@ TEST(Foxglove, JsonSaysTheSame) {
     EXPECT_TRUE(turned(schema, "json", text.substr(0, size)).type.starts_with("it does not have the form")) << size;
 }
 
+/// Made by flatc of Foxglove's schema, of the cloud and the pose in JsonSaysTheSame.
+constexpr const char* kFlatCloud =
+    "FAAAABAAIAAEAAwAEAAUABgAHAAQAAAAAPFTZRXNWwf0AAAAwAAAAA4AAAAoAAAABAAAABwAAAAAAIA/AAAAQAAAQEDoAwAAgEAA"
+    "AKBAAADAQKAPBAAAAHAAAABMAAAAKAAAAAQAAADK////AAAAAwgAAAAMAAAACQAAAGludGVuc2l0eQAAAOr///8AAAAHCAAAAAgA"
+    "AAABAAAAegAKABAACAAMAAcACgAAAAAAAAcIAAAABAAAAAEAAAB5AAoADAAIAAAABwAKAAAAAAAABwQAAAABAAAAeAAAAAgADAAE"
+    "AAgACAAAABwAAAAIAAAABAAGAAQAAAAAAAoAEAAAAAAABAAKAAAAAAAAAAAAJEAAAAAABQAAAGxhc2VyAAAA";
+
+storage::McapSchema flat_schema(const std::string& name) { return {1, "foxglove." + name, "flatbuffer", ""}; }
+Turned turned_flat(const std::string& name, const std::string& base64) {
+  return turned(flat_schema(name), "flatbuffer", from_base64(base64).value());
+}
+
+TEST(Foxglove, FlatbuffersSayTheSame) {
+  expect_point(turned_flat("PointCloud", kFlatCloud), 0, {1, 2, 13}, 1000);
+  expect_point(turned_flat("PointCloud", kFlatCloud), 1, {4, 5, 16}, 4000);
+
+  const Turned calibration =
+      turned_flat("CameraCalibration",
+                  "IAAAAAAAAAAAABYALAAEAAwAEAAUABgAHAAgACQAKAAWAAAAAPFTZRXNWwe0AAAAgAIAAOABAACYAAAAaAAAABQAAAAMAAAABAAA"
+                  "AAAAAAAAAAAACQAAAAAAAAAAQH9AAAAAAAAAAAAAAAAAAAB0QAAAAAAAAAAAAAAAAABQf0AAAAAAAABuQAAAAAAAAAAAAAAAAAAA"
+                  "AAAAAAAAAADwPwAAAAAFAAAAmpmZmZmZuT+amZmZmZnJPwAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAkAAABwbHVtYl9ib2IAAAAD"
+                  "AAAAY2FtAA==");
+  ASSERT_EQ(calibration.type, "sensor_msgs/CameraInfo");
+  expect_calibration(calibration.in());
+
+  const Turned fix =
+      turned_flat("LocationFix",
+                  "GAAAAAAAEgA0AAgAEAAYACAAKAAUAAcAEgAAAAAAAAMA8VNlFc1bB3AAAAAgAAAAAAAAAAAAJEAAAAAAAAA0wAAAAAAAwHJAAAAA"
+                  "AAkAAAAAAAAAAAAQQAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAABBAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
+                  "EEADAAAAZ3BzAA==");
+  const auto position = drivers::take_position(fix.type, fix.in());
+  ASSERT_TRUE(position && position->sigma_enu);
+  EXPECT_EQ(position->place.ellipsoidal_height, 300);
+  EXPECT_EQ(position->sigma_enu->z(), 2);
+}
+
+/// A table of flatbuffers with doubles, by their number: what is not named is left out.
+std::string flat_doubles(const std::map<std::size_t, double>& values) {
+  const std::size_t slots = values.empty() ? 0 : values.rbegin()->first + 1;
+  std::string list(4 + 2 * slots, '\0'), table(4, '\0');
+  const auto put = [](std::string& out, std::size_t at, auto value) { std::memcpy(&out[at], &value, sizeof value); };
+  for (const auto& [slot, value] : values) {
+    put(list, 4 + 2 * slot, static_cast<std::uint16_t>(table.size()));
+    table.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  put(list, 0, static_cast<std::uint16_t>(list.size()));
+  put(list, 2, static_cast<std::uint16_t>(table.size()));
+  put(table, 0, static_cast<std::int32_t>(list.size()));
+  return list + table;
+}
+
+/// Foxglove's schema says since 2025 that a w which is left out is 1; before it was 0.
+TEST(Foxglove, AFlatbufferLeavesOutTheWOfHalfATurnOrOfNone) {
+  const auto rotation = [](const std::map<std::size_t, double>& xyzw) {
+    const std::string part = flat_doubles(xyzw);
+    // A transform with nothing but its rotation, field 4, whose table stands behind it.
+    std::string list(14, '\0'), table(8, '\0'), root(4, '\0');
+    const auto put = [](std::string& out, std::size_t at, auto value) { std::memcpy(&out[at], &value, sizeof value); };
+    put(list, 0, std::uint16_t{14}), put(list, 2, std::uint16_t{8}), put(list, 12, std::uint16_t{4});
+    const std::size_t list_of_part = 4 + 2 * (xyzw.empty() ? 0 : xyzw.rbegin()->first + 1);
+    put(root, 0, static_cast<std::uint32_t>(4 + list.size()));
+    put(table, 0, static_cast<std::int32_t>(list.size()));
+    put(table, 4, static_cast<std::uint32_t>(4 + list_of_part));
+    const Turned tree = turned(flat_schema("FrameTransform"), "flatbuffer", root + list + table + part);
+    const auto read = drivers::take_transforms(tree.in());
+    return read && read->size() == 1 ? Eigen::Matrix3d(read->at(0).T_parent_child.linear()) : Eigen::Matrix3d::Zero();
+  };
+  EXPECT_TRUE(rotation({}).isIdentity());
+  EXPECT_TRUE(rotation({{2, 1e-9}}).isIdentity(1e-6));
+  EXPECT_TRUE(rotation({{2, 1}}).isApprox(Eigen::Vector3d(-1, -1, 1).asDiagonal().toDenseMatrix()));
+  EXPECT_TRUE(rotation({{2, 1}, {3, 0}}).isApprox(Eigen::Vector3d(-1, -1, 1).asDiagonal().toDenseMatrix()));
+  EXPECT_NEAR(rotation({{2, std::sqrt(0.5)}, {3, std::sqrt(0.5)}})(1, 0), 1, 1e-9);
+}
+
+/// A message of foxglove_msgs, with a stamp and a frame as all of them begin.
+test::RosWriter foxglove_msg(RosEncoding encoding, const std::string& frame) {
+  test::RosWriter out(encoding);
+  out.time(kFoxglove_ns).text(frame);
+  return out;
+}
+std::string ros_cloud_of_two_points(RosEncoding encoding) {
+  const auto cloud = cloud_of_two_points();
+  test::RosWriter out = foxglove_msg(encoding, "laser");
+  for (const double value : {0., 0., 10., 0., 0., 0., 1.}) out.put(value);  // its pose: 10 m above the frame
+  out.put(std::uint32_t{14}).put(static_cast<std::uint32_t>(cloud.fields_size()));
+  for (const auto& field : cloud.fields())
+    out.text(field.name()).put(field.offset()).put(static_cast<std::uint8_t>(field.type()));
+  return out.sequence(cloud.data()).bytes();
+}
+Turned turned_ros(const std::string& type, RosEncoding encoding, const std::string& bytes) {
+  const auto reader = FoxgloveReader::of_ros(type, encoding);
+  if (!reader) return {"none", {}};
+  auto out = reader->turned(std::as_bytes(std::span(bytes)));
+  return out.ok() ? Turned{reader->type(), *out} : Turned{out.error().message, {}};
+}
+
+TEST(Foxglove, MessagesOfRosSayTheSame) {
+  for (const RosEncoding encoding : {RosEncoding::Cdr, RosEncoding::Ros1}) {
+    const auto cloud = turned_ros("foxglove_msgs/PointCloud", encoding, ros_cloud_of_two_points(encoding));
+    expect_point(cloud, 0, {1, 2, 13}, 1000);
+    expect_point(cloud, 1, {4, 5, 16}, 4000);
+
+    test::RosWriter lens = foxglove_msg(encoding, "cam");
+    lens.put(std::uint32_t{640}).put(std::uint32_t{480}).text("plumb_bob").put(std::uint32_t{5});
+    for (const double value : {0.1, 0.2, 0., 0., 0.}) lens.put(value);
+    for (const double value : {500., 0., 320., 0., 501., 240., 0., 0., 1.}) lens.put(value);
+    for (int i = 0; i < 9 + 12; ++i) lens.put(0.);
+    const auto calibration = turned_ros("foxglove_msgs/CameraCalibration", encoding, lens.bytes());
+    ASSERT_EQ(calibration.type, "sensor_msgs/CameraInfo");
+    expect_calibration(calibration.in());
+
+    test::RosWriter transforms(encoding);
+    transforms.put(std::uint32_t{2});
+    for (const char* child : {"laser", "camera"}) {
+      transforms.time(kFoxglove_ns).text("base_link").text(child);
+      for (const double value : {0., 0., 2., 1., 0., 0., 0.}) transforms.put(value);
+    }
+    const auto tree = turned_ros("foxglove_msgs/FrameTransforms", encoding, transforms.bytes());
+    const auto read = drivers::take_transforms(tree.in());
+    ASSERT_TRUE(read && read->size() == 2);
+    EXPECT_EQ(read->at(1).parent, "base_link");
+    EXPECT_EQ(read->at(1).child, "camera");
+    EXPECT_EQ(read->at(1).T_parent_child.translation().z(), 2);
+    EXPECT_NEAR(read->at(1).T_parent_child.linear()(1, 1), -1, 1e-12);
+
+    test::RosWriter odometry = foxglove_msg(encoding, "odom");
+    odometry.text("base_link");
+    for (const double value : {1., 2., 3., 0., 0., 1., 0.}) odometry.put(value);
+    for (int i = 0; i < 6; ++i) odometry.put(5.);
+    for (int i = 0; i < 36; ++i) odometry.put(i % 7 == 0 ? 0.04 : 0);
+    for (int i = 0; i < 36; ++i) odometry.put(0.);
+    const auto moved = turned_ros("foxglove_msgs/Odometry", encoding, odometry.bytes());
+    const auto local = drivers::take_local_pose(moved.type, moved.in(), drivers::RosMetres::AboutPlace);
+    ASSERT_TRUE(local && local->sigma_enu) << moved.type;
+    EXPECT_EQ(local->frame + local->body, "odombase_link");
+    EXPECT_EQ(local->enu, Eigen::Vector3d(1, 2, 3));
+    EXPECT_EQ(local->q_enu_flu.z(), 1);
+    EXPECT_NEAR(local->sigma_enu->y(), 0.2, 1e-12);
+
+    test::RosWriter fix = foxglove_msg(encoding, "gps");
+    for (const double value : {10., -20., 300., 4., 0., 0., 0., 4., 0., 0., 0., 4.}) fix.put(value);
+    fix.put(std::uint8_t{3});
+    // Later versions of the schema have further fields.
+    for (const std::string& bytes : {fix.bytes(), fix.bytes() + std::string(40, '\x01')}) {
+      const auto place = turned_ros("foxglove_msgs/LocationFix", encoding, bytes);
+      const auto position = drivers::take_position(place.type, place.in());
+      ASSERT_TRUE(position && position->sigma_enu);
+      EXPECT_EQ(position->place.ellipsoidal_height, 300);
+      EXPECT_EQ(position->sigma_enu->z(), 2);
+    }
+  }
+  // Images are read as they are.
+  EXPECT_EQ(turned_ros("foxglove_msgs/RawImage", RosEncoding::Cdr, "").type, "none");
+  EXPECT_EQ(turned_ros("foxglove_msgs/Grid", RosEncoding::Cdr, "").type, "none");
+}
+
+TEST(Foxglove, TopicsOfRosInEachFormatOfRecordings) {
+  const test::TemporaryFolder folder;
+  const auto messages = [](RosEncoding encoding) {
+    const std::string cloud = ros_cloud_of_two_points(encoding);
+    return std::vector<test::SampleMessage>{
+        {"/laser", "foxglove_msgs/PointCloud", kFoxglove_ns, cloud},
+        {"/laser", "foxglove_msgs/PointCloud", kFoxglove_ns, cloud.substr(0, cloud.size() - 1)},
+        {"/laser", "foxglove_msgs/PointCloud", kFoxglove_ns, cloud}};
+  };
+  test::write_mcap(folder / "of.mcap", messages(RosEncoding::Cdr), storage::Compression::None);
+  test::write_sqlite(folder / "of.db3", messages(RosEncoding::Cdr));
+  test::write_file(folder / "of.bag",
+                   test::ros1_bag(messages(RosEncoding::Ros1), "none", [](const std::string& chunk) { return chunk; }));
+  for (const char* name : {"of.mcap", "of.db3", "of.bag"}) {
+    auto bag = rosbag::open_bag(folder / name);
+    ASSERT_TRUE(bag.ok()) << name;
+    const auto first = (*bag)->next();
+    ASSERT_TRUE(first.ok()) << name << ": " << first.error().message;
+    const rosbag::BagTopic topic = (*bag)->topics().at(0);
+    EXPECT_EQ(topic.type, "sensor_msgs/PointCloud2") << name;
+    EXPECT_EQ(topic.written_type, "foxglove_msgs/PointCloud") << name;
+    expect_point({topic.type, first->data}, 1, {4, 5, 16}, 4000);
+    EXPECT_EQ((*bag)->next().error().code, ErrorCode::Malformed) << name;
+    EXPECT_TRUE((*bag)->next().ok()) << name;
+    EXPECT_EQ((*bag)->next().error().code, ErrorCode::EndOfData) << name;
+  }
+}
+
 TEST(Foxglove, SaysWhatItDoesNotRead) {
   const auto cloud = cloud_of_two_points();
   auto schema = schema_of(cloud);
-  EXPECT_EQ(turned(schema, "flatbuffer", "").type, "its messages are not of ROS but \"flatbuffer\"");
+  EXPECT_EQ(turned(schema, "cbor", "").type, "its messages are not of ROS but \"cbor\"");
   schema.data = "none";
   EXPECT_EQ(turned(schema, "protobuf", "").type, "the recording has no schema of its messages in protobuf");
   const std::string bytes = cloud.SerializeAsString();
@@ -250,6 +450,13 @@ TEST(Foxglove, DamagedBytesEndNothing) {
   });
   const std::string json = R"({"timestamp":{"sec":1700000000,"nsec":5},"frame_id":"laser","point_stride":4,)"
                            R"("fields":[{"name":"x","offset":0,"type":7}],"data":"AACAPw=="})";
+  damage(from_base64(kFlatCloud).value(),
+         [&](const std::string& changed) { take(flat_schema("PointCloud"), "flatbuffer", changed); });
+  for (const RosEncoding encoding : {RosEncoding::Cdr, RosEncoding::Ros1})
+    damage(ros_cloud_of_two_points(encoding), [&](const std::string& changed) {
+      const Turned out = turned_ros("foxglove_msgs/PointCloud", encoding, changed);
+      EXPECT_THAT(out.type, testing::AnyOf("sensor_msgs/PointCloud2", testing::HasSubstr("the form of its schema")));
+    });
   damage(json, [&](const std::string& changed) {
     take({1, "foxglove.PointCloud", "jsonschema", ""}, "json", changed);
   });
