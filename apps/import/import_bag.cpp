@@ -49,8 +49,8 @@ Result<std::unique_ptr<CaptureDevices>> recognise(const fs::path& pcap) {
   return devices;
 }
 
-/// Returns the packet with which the source of an Ouster begins: its metadata.
-Buffer description_of(const fs::path& pcap, const std::string& metadata) {
+/// Returns the packet with which the source of an Ouster begins: its metadata. Errors: those of the source.
+Result<Buffer> description_of(const fs::path& pcap, const std::string& metadata) {
   const auto rig = config::parse_rig(
       fmt::format(
           "rig: probe\nsensors:\n  - name: probe\n    driver: ouster\n    pcap: {{file: '{}'}}\n    metadata: '{}'\n"
@@ -59,9 +59,10 @@ Buffer description_of(const fs::path& pcap, const std::string& metadata) {
       "probe");
   const BufferPool pool(std::size_t{1} << 26);
   const auto source = rig.sensors[0].device->make_source(pool);
-  if (!source->open().ok()) return {};
+  if (Status opened = source->open(); !opened.ok()) return opened.error();
   const auto first = source->next({});
-  return first.ok() ? first->bytes : Buffer();
+  if (!first.ok()) return first.error();
+  return first->bytes;
 }
 
 /// Returns GPS time minus header.stamp as Unix time, at the first message of the recording, by the clock of the poses.
@@ -77,15 +78,17 @@ Result<std::chrono::seconds> offset_of(const fs::path& path, const PoseChoice& p
   return std::chrono::duration_cast<std::chrono::seconds>(offset);
 }
 
-/// Adds the scanners whose packets are in `files`, and copies the metadata of Ousters to `folder`. Returns Io.
+/// Adds the scanners whose packets are in `files`, and copies the metadata of Ousters to `folder`. Errors: Io,
+/// and those of metadata that cannot be read.
 Status add_scanners(const rosbag::ScannerFiles& files, const fs::path& folder, ImportRig& sensors, ImportedBag& out) {
   for (const auto& topic : files.topics) {
-    if (topic.file.extension() == ".json") {
-      std::error_code error;
-      fs::copy_file(topic.file, folder / topic.file.filename(), fs::copy_options::overwrite_existing, error);
-      if (error) return output_error("cannot write " + (folder / topic.file.filename()).string(), error.value());
-      out.became[topic.topic.name] = topic.file.filename().string();
-    }
+    if (topic.file.extension() != ".json") continue;
+    std::error_code error;
+    fs::copy_file(topic.file, folder / topic.file.filename(), fs::copy_options::overwrite_existing, error);
+    if (error) return output_error("cannot write " + (folder / topic.file.filename()).string(), error.value());
+    out.became[topic.topic.name] = topic.file.filename().string();
+  }
+  for (const auto& topic : files.topics) {
     if (drivers::carries_unknown_datagrams(topic.topic.type))
       out.became[topic.topic.name] = "not used: packets of a scanner that is not supported";
     if (topic.file.extension() != ".pcap") continue;
@@ -101,7 +104,9 @@ Status add_scanners(const rosbag::ScannerFiles& files, const fs::path& folder, I
       if (std::string(device.type->word) == "ouster" && other.file.extension() == ".json" &&
           device.note.find(other.file.filename().string()) != std::string::npos)
         metadata = (folder / other.file.filename()).string();
-    sensors.add_scanner(topic, device, metadata, metadata.empty() ? Buffer() : description_of(topic.file, metadata));
+    auto description = metadata.empty() ? Result<Buffer>(Buffer()) : description_of(topic.file, metadata);
+    if (!description.ok()) return description.error();
+    sensors.add_scanner(topic, device, metadata, std::move(*description));
   }
   return {};
 }

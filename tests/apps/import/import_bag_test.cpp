@@ -11,6 +11,7 @@
 #include "apps/import/pose_choice.hpp"
 #include "apps/inspect/inspect.hpp"
 #include "storage/journal_reader.hpp"
+#include "tests/drivers/ouster/ouster_packets.hpp"
 #include "tests/rosbag/cloud_message.hpp"
 #include "tests/rosbag/sample_bag.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -94,6 +95,35 @@ std::vector<SampleMessage> two_ways() {
 double metres_of_latitudes(const nlohmann::ordered_json& pose) {
   const auto& range = pose.at("latitude_deg");
   return (range.at(1).get<double>() - range.at(0).get<double>()) * 111'200;
+}
+
+/// The metadata of an Ouster stand behind its packets, by the order of the topics and in the file.
+TEST_F(ImportBag, AnOusterBeginsWithItsMetadata) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 64; ++i) {
+    test::OusterPacket packet;
+    packet.first_column = 16 * i;
+    packet.time_ns += static_cast<std::uint64_t>(i) * 1'600'000;
+    packet.pixel = test::pixel_single(10'000, 50);
+    const auto bytes = test::ouster_bytes(packet);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    messages.push_back({"/a/lidar_packets", "ouster_ros/PacketMsg", kImported_ns + i * 1'600'000,
+                        RosWriter(drivers::RosEncoding::Cdr).sequence(text).bytes()});
+  }
+  messages.push_back({"/a/metadata", "std_msgs/String", kImported_ns,
+                      RosWriter(drivers::RosEncoding::Cdr).text(test::ouster_metadata()).bytes()});
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_TRUE(done->became.at("/a/lidar_packets").starts_with("sensor a_lidar_packets: ouster OS-1-16"))
+      << done->became.at("/a/lidar_packets");
+  EXPECT_EQ(done->packets, 65u);
+  auto journal = storage::JournalReader::open(folder_ / "drive/drive.mcap");
+  ASSERT_TRUE(journal.ok());
+  const auto first = (*journal)->next({});
+  ASSERT_TRUE(first.ok());
+  EXPECT_NE(
+      std::string(reinterpret_cast<const char*>(first->bytes.data()), first->bytes.size()).find("beam_intrinsics"),
+      std::string::npos);
 }
 
 TEST_F(ImportBag, OfTwoTopicsOfOneKindOneIsThePose) {
