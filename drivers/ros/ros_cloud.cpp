@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/portable_math.hpp"
+#include "drivers/ros/packed_points.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -28,6 +29,7 @@ constexpr std::array<FieldType, 9> kTypes{{{"", 0},
                                            {"uint32", 4},
                                            {"float32", 4},
                                            {"float64", 8}}};
+constexpr std::string_view kPackedCloud = "point_cloud_interfaces/CompressedPointCloud2";
 constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7, kFloat64 = 8;
 
 template <class T>
@@ -41,7 +43,8 @@ double read(std::span<const std::byte> bytes, bool is_big_endian) {
 
 Error malformed_cloud(std::string what) { return {ErrorCode::Malformed, "a point cloud " + std::move(what)}; }
 
-Result<RosCloud> take_point_cloud2(RosReader& in) {
+/// `is_packed`: of a CompressedPointCloud2, which is the same with packed points and the name of their format.
+Result<RosCloud> take_point_cloud2(RosReader& in, bool is_packed) {
   RosCloud out;
   out.header = in.take_header();
   out.height = in.take<std::uint32_t>();
@@ -61,6 +64,19 @@ Result<RosCloud> take_point_cloud2(RosReader& in) {
   out.row_step = in.take<std::uint32_t>();
   out.data = in.take_byte_sequence();
   if (!in.ok()) return malformed_cloud("that ends before its points do");
+  if (is_packed) {
+    in.take<std::uint8_t>();  // whether each point has a return
+    const std::string format = in.take_string();
+    const std::uint64_t row = std::max<std::uint64_t>(out.row_step, std::uint64_t{out.width} * out.point_step);
+    // The product of three numbers that a message states may be beyond any whole number.
+    const double most = static_cast<double>(row) * static_cast<double>(out.height);
+    if (!in.ok() || most > static_cast<double>(kMostPointBytes))
+      return malformed_cloud("that ends before its points do");
+    auto points = unpacked_points(format, out.data, static_cast<std::size_t>(most));
+    if (!points.ok()) return points.error();
+    out.computed = std::make_shared<const std::vector<std::byte>>(std::move(*points));
+    out.data = *out.computed;
+  }
   for (RosField& field : fields)
     if (field.type > 0 && field.type < kTypes.size() && field.offset + kTypes[field.type].bytes <= out.point_step)
       out.fields.push_back(std::move(field));
@@ -154,8 +170,9 @@ Result<RosCloud> take_laser_scan(RosReader& in) {
 }  // namespace
 
 bool carries_cloud(std::string_view type) {
-  return type == "sensor_msgs/PointCloud2" || type == "sensor_msgs/LaserScan" || type == "livox_ros_driver/CustomMsg" ||
-         type == "livox_ros_driver2/CustomMsg" || type == "livox_interfaces/CustomMsg";
+  return type == "sensor_msgs/PointCloud2" || type == kPackedCloud || type == "sensor_msgs/LaserScan" ||
+         type == "livox_ros_driver/CustomMsg" || type == "livox_ros_driver2/CustomMsg" ||
+         type == "livox_interfaces/CustomMsg";
 }
 
 const char* type_name(const RosField& field) { return kTypes[field.type].name; }
@@ -188,7 +205,8 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 }
 
 Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
-  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message)
+  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message, false)
+             : type == kPackedCloud            ? take_point_cloud2(message, true)
              : type == "sensor_msgs/LaserScan" ? take_laser_scan(message)
                                                : take_livox(message, message.encoding());
   if (!out.ok()) return out.error();

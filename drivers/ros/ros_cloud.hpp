@@ -15,8 +15,9 @@
 /// Point clouds in messages of ROS: what a driver has made of a scanner's packets.
 namespace hueline::drivers {
 
-/// Returns whether messages of this type (ros_type()) hold the points of a scanner: sensor_msgs/PointCloud2, CustomMsg
-/// of livox_ros_driver and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges of a scanner with one plane.
+/// Returns whether messages of this type (ros_type()) hold the points of a scanner: sensor_msgs/PointCloud2, the same
+/// compressed by point_cloud_transport (point_cloud_interfaces/CompressedPointCloud2), CustomMsg of livox_ros_driver
+/// and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges of a scanner with one plane.
 bool carries_cloud(std::string_view type);
 
 /// One value that every point of a cloud has.
@@ -31,7 +32,7 @@ const char* type_name(const RosField& field);
 inline bool is_whole(const RosField& field) { return field.type < 7; }
 
 /// The cloud of a message. Its points are read from the message, which must stay valid as long as this object, or are
-/// computed from its ranges.
+/// unpacked, or computed from its ranges.
 struct RosCloud {
   RosHeader header;
   /// To which the times of the points count, if the message says it (Livox); otherwise they count to header.stamp, or
@@ -57,8 +58,9 @@ struct RosCloud {
 double value_of(const RosCloud& cloud, const RosField& field, std::span<const std::byte> point);
 
 /// Reads the head of a message and checks that its points lie within its bytes. Errors: Malformed, with the numbers
-/// that contradict each other; Unsupported for a cloud without x, y and z.
-/// Sources: sensor_msgs/PointCloud2, PointField and LaserScan of ROS's common_interfaces; CustomMsg of Livox's drivers.
+/// that contradict each other; Unsupported for a cloud without x, y and z, and one whose compression is not read.
+/// Sources: sensor_msgs/PointCloud2, PointField and LaserScan of ROS's common_interfaces; CompressedPointCloud2 of its
+/// point_cloud_interfaces; CustomMsg of Livox's drivers.
 Result<RosCloud> take_cloud(std::string_view type, RosReader message);
 
 }  // namespace hueline::drivers

@@ -32,6 +32,8 @@ const char* type_of(RosCloudDecoder::Message message) {
       return "livox_ros_driver2/CustomMsg";
     case RosCloudDecoder::Message::LaserScan:
       return "sensor_msgs/LaserScan";
+    case RosCloudDecoder::Message::PackedPointCloud2:
+      return "point_cloud_interfaces/CompressedPointCloud2";
     case RosCloudDecoder::Message::PointCloud2:
       break;
   }
@@ -64,10 +66,13 @@ double azimuth_of(double x, double y) {
 
 void RosCloudDecoder::Config::visit(Keys& keys) {
   keys.choice({"message", "",
-               "The type of the messages: `sensor_msgs/PointCloud2`, `CustomMsg` of Livox's drivers, or "
-               "`sensor_msgs/LaserScan`."},
+               "The type of the messages: `sensor_msgs/PointCloud2`, `CustomMsg` of Livox's drivers, "
+               "`sensor_msgs/LaserScan`, or `point_cloud_interfaces/CompressedPointCloud2`."},
               message,
-              {{"point_cloud2", Message::PointCloud2}, {"livox", Message::Livox}, {"laser_scan", Message::LaserScan}});
+              {{"point_cloud2", Message::PointCloud2},
+               {"livox", Message::Livox},
+               {"laser_scan", Message::LaserScan},
+               {"compressed_point_cloud2", Message::PackedPointCloud2}});
   keys.choice({"encoding", "", "How the messages are encoded: by ROS 1, or by ROS 2 (CDR)."}, encoding,
               {{"ros1", RosEncoding::Ros1}, {"cdr", RosEncoding::Cdr}});
   keys.flag(
@@ -129,7 +134,7 @@ RosCloudDecoder::Config RosCloudDecoder::suited(std::string_view type, RosEncodi
                                                 nanoseconds period) {
   Config out;
   out.message = Message::Livox;
-  for (const Message one : {Message::PointCloud2, Message::LaserScan})
+  for (const Message one : {Message::PointCloud2, Message::LaserScan, Message::PackedPointCloud2})
     if (type == type_of(one)) out.message = one;
   out.encoding = encoding;
   out.times = recognise_times(first, {}).value_or(RosTimeRule{});

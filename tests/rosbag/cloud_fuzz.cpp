@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string input(reinterpret_cast<const char*>(data), size);
   for (const auto encoding : {drivers::RosEncoding::Ros1, drivers::RosEncoding::Cdr})
     for (const auto message : {RosCloudDecoder::Message::PointCloud2, RosCloudDecoder::Message::Livox,
-                               RosCloudDecoder::Message::LaserScan}) {
+                               RosCloudDecoder::Message::LaserScan, RosCloudDecoder::Message::PackedPointCloud2}) {
       RosCloudDecoder::Config config;
       config.message = message;
       config.encoding = encoding;

@@ -9,6 +9,8 @@
 #include <variant>
 
 #include "drivers/ros/ros_cloud_decoder.hpp"
+#include "storage/compression.hpp"
+#include "storage/crc32.hpp"
 #include "tests/rosbag/cloud_message.hpp"
 
 namespace hueline {
@@ -349,6 +351,65 @@ TEST(RosCloud, ReadsTheRangesOfAScannerWithOnePlane) {
     const std::string whole = scan(encoding, 0.004f, {});
     for (std::size_t size = 0; size < whole.size(); ++size)
       EXPECT_TRUE(decode({whole.substr(0, size)}, config).batches.empty()) << size;
+  }
+}
+
+/// The cloud as point_cloud_transport sends it: a CompressedPointCloud2.
+std::string packed_message(const CloudMessage& cloud, const std::string& format, const std::string& data,
+                           RosEncoding encoding) {
+  CloudMessage with = cloud;
+  with.data = data;
+  const std::string whole = with.bytes(encoding);
+  const std::string ending = test::RosWriter(RosEncoding::Ros1).text(format).bytes();
+  if (encoding == RosEncoding::Ros1) return whole + ending;
+  test::RosWriter out(encoding);  // CDR aligns the length of the text
+  return out.raw(whole.substr(4)).text(format).bytes();
+}
+std::string zstd_of(const std::string& points) {
+  storage::Bytes out;
+  const storage::ByteView pieces[]{storage::as_bytes(points)};
+  EXPECT_TRUE(storage::compress(storage::Compression::Zstd, pieces, out).ok());
+  return {reinterpret_cast<const char*>(out.data()), out.size()};
+}
+/// A gzip member with one block that is stored (RFC 1951 and 1952).
+std::string gzip_of(const std::string& points) {
+  const auto size = static_cast<std::uint16_t>(points.size());
+  return std::string("\x1F\x8B\x08\0\0\0\0\0\0\xFF\x01", 11) + test::raw_of(size) +
+         test::raw_of(static_cast<std::uint16_t>(~size)) + points +
+         test::raw_of(storage::crc32(0, storage::as_bytes(points))) + test::raw_of(std::uint32_t{size});
+}
+
+TEST(RosCloud, UnpacksCloudsThatPointCloudTransportCompressedWithoutLoss) {
+  const CloudMessage cloud = test::velodyne_turn(kStamp_ns, 5, 0.1);
+  for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr}) {
+    RosCloudDecoder::Config config = config_of(encoding);
+    const Decoded plain = decode({cloud.bytes(encoding)}, config);
+    config.message = RosCloudDecoder::Message::PackedPointCloud2;
+    for (const auto& [format, data] :
+         {std::pair("zstd", zstd_of(cloud.data)), std::pair("zlib", gzip_of(cloud.data))}) {
+      const std::string message = packed_message(cloud, format, data, encoding);
+      const Decoded out = decode({message}, config);
+      ASSERT_EQ(out.returns().size(), 5u) << format;
+      for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(out.returns()[i].first, plain.returns()[i].first);
+        EXPECT_EQ(out.returns()[i].second.x, plain.returns()[i].second.x);
+      }
+      for (std::size_t size = 0; size < message.size(); ++size)
+        EXPECT_TRUE(decode({message.substr(0, size)}, config).batches.empty()) << size;
+    }
+    // More points than the message says, and numbers that no computer holds.
+    CloudMessage few = cloud;
+    few.width = 4, few.row_step = 4 * few.point_step;
+    EXPECT_TRUE(decode({packed_message(few, "zstd", zstd_of(cloud.data), encoding)}, config).batches.empty());
+    CloudMessage many = cloud;
+    many.width = many.height = many.row_step = 0xFFFFFFFF;
+    EXPECT_TRUE(decode({packed_message(many, "zstd", zstd_of(cloud.data), encoding)}, config).batches.empty());
+    const auto refused =
+        drivers::take_cloud("point_cloud_interfaces/CompressedPointCloud2",
+                            {storage::as_bytes(packed_message(cloud, "draco", "abc", encoding)), encoding});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::Unsupported);
+    EXPECT_NE(refused.error().message.find("compressed as draco, which is not read"), std::string::npos);
   }
 }
 

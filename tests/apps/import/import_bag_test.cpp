@@ -10,6 +10,7 @@
 #include "apps/import/import_bag.hpp"
 #include "apps/import/pose_choice.hpp"
 #include "apps/inspect/inspect.hpp"
+#include "storage/compression.hpp"
 #include "storage/journal_reader.hpp"
 #include "tests/drivers/ouster/ouster_packets.hpp"
 #include "tests/rosbag/cloud_message.hpp"
@@ -95,6 +96,32 @@ std::vector<SampleMessage> two_ways() {
 double metres_of_latitudes(const nlohmann::ordered_json& pose) {
   const auto& range = pose.at("latitude_deg");
   return (range.at(1).get<double>() - range.at(0).get<double>()) * 111'200;
+}
+
+TEST_F(ImportBag, CloudsThatAreCompressedAreTakenAsTheyAre) {
+  const auto packed = [](const std::string& topic, std::int64_t ns, const std::string& format) {
+    const SampleMessage plain = cloud_message(topic, ns);
+    const std::string points = plain.bytes.substr(plain.bytes.size() - 1 - 2 * 16, 2 * 16);
+    storage::Bytes zstd;
+    const storage::ByteView pieces[]{storage::as_bytes(points)};
+    EXPECT_TRUE(storage::compress(storage::Compression::Zstd, pieces, zstd).ok());
+    RosWriter out(drivers::RosEncoding::Cdr);
+    out.raw(plain.bytes.substr(4, plain.bytes.size() - 4 - 1 - 2 * 16 - 4));  // as far as the length of the points
+    out.sequence({reinterpret_cast<const char*>(zstd.data()), zstd.size()}).put(std::uint8_t{1}).text(format);
+    return SampleMessage{topic, "point_cloud_interfaces/CompressedPointCloud2", ns, out.bytes()};
+  };
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 5; ++i) {
+    messages.push_back(packed("/points/zstd", kImported_ns + i * kTenth_ns, "zstd"));
+    messages.push_back(packed("/points/draco", kImported_ns + i * kTenth_ns, "draco"));
+  }
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/points/zstd"), "sensor points_zstd: times of the points: time, s after header.stamp");
+  EXPECT_TRUE(done->became.at("/points/draco").starts_with("not used: its points are compressed as draco"));
+  EXPECT_EQ(done->packets, 5u);
+  const std::string rig = test::contents(folder_ / "drive/rig.yaml");
+  EXPECT_NE(rig.find("message: compressed_point_cloud2\n"), std::string::npos) << rig;
 }
 
 /// The metadata of an Ouster stand behind its packets, by the order of the topics and in the file.
