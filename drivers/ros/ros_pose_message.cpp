@@ -115,6 +115,11 @@ std::optional<UnixTime> time_of(const std::optional<T>& message) {
   return message ? std::optional(message->time) : std::nullopt;
 }
 
+/// Returns whether a local pose begins with two frames, its world and its body.
+bool names_body(std::string_view type) {
+  return type == "nav_msgs/Odometry" || type == "geometry_msgs/TransformStamped";
+}
+
 }  // namespace
 
 std::uint16_t take_receiver_week(RosReader& in) {
@@ -129,8 +134,8 @@ std::uint16_t take_receiver_week(RosReader& in) {
 RosPoseRank pose_rank(std::string_view type) {
   if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;
   if (type == "novatel_oem7_msgs/INSPVAX" || type == "novatel_oem7_msgs/INSPVA") return RosPoseRank::Solution;
-  if (type == "nav_msgs/Odometry" || type == "geometry_msgs/PoseStamped" ||
-      type == "geometry_msgs/PoseWithCovarianceStamped" || carries_transforms(type))
+  if (names_body(type) || type == "geometry_msgs/PoseStamped" || type == "geometry_msgs/PoseWithCovarianceStamped" ||
+      carries_transforms(type))
     return RosPoseRank::Local;
   if (type == "sensor_msgs/NavSatFix" || is_gps_fix(type) || type == "sensor_msgs/Imu") return RosPoseRank::Part;
   return RosPoseRank::None;
@@ -177,13 +182,12 @@ std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in,
   const RosHeader header = in.take_header();
   out.time = header.stamp;
   out.frame = without_slash(header.frame);
-  const bool is_odometry = type == "nav_msgs/Odometry";
-  if (is_odometry) out.body = without_slash(in.take_string());
+  if (names_body(type)) out.body = without_slash(in.take_string());
   for (double& value : out.enu) value = in.take<double>();
   out.q_enu_flu = take_quaternion(in);
   if (!in.ok() || !is_rotation(out.q_enu_flu) || !fits(metres, out.enu)) return {};
   out.q_enu_flu.normalize();
-  if (type != "geometry_msgs/PoseStamped") take_pose_covariance(in, out);
+  if (type == "nav_msgs/Odometry" || type == "geometry_msgs/PoseWithCovarianceStamped") take_pose_covariance(in, out);
   return out;
 }
 
@@ -208,7 +212,7 @@ std::optional<std::vector<RosTransform>> take_transforms(RosReader in) {
 
 bool is_of_other_metres(std::string_view type, RosReader in, RosMetres metres) {
   in.take_header();
-  if (type == "nav_msgs/Odometry") in.take_string();
+  if (names_body(type)) in.take_string();
   Eigen::Vector3d place;
   for (double& value : place) value = in.take<double>();
   return in.ok() && place.allFinite() && !fits(metres, place);

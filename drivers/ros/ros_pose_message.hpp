@@ -16,7 +16,8 @@ namespace hueline::drivers {
 enum class RosPoseRank : std::uint8_t {
   None,
   Part,      ///< a position (sensor_msgs/NavSatFix, GPSFix) or sensor_msgs/Imu: together they are a pose
-  Local,     ///< Odometry, PoseStamped, PoseWithCovarianceStamped, tf: a pose about an origin that somebody has to name
+  Local,     ///< Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, tf: a pose about an origin that
+             ///< somebody has to name
   Solution,  ///< novatel_oem7_msgs/INSPVA, INSPVAX
   Logs,      ///< novatel_oem7_msgs/Oem7RawMsg: the receiver's own bytes
 };
@@ -46,7 +47,7 @@ enum class RosMetres : std::uint8_t {
 constexpr double kFarthest_m = 1e6, kNearestOfMap_m = 20e3, kFarthestOfMap_m = 30e6;
 /// Returns whether a position may be one of these metres.
 bool fits(RosMetres metres, const Eigen::Vector3d& position);
-/// A pose of nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped.
+/// A pose of nav_msgs/Odometry, geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamped.
 struct RosLocalPose {
   UnixTime time{};
   std::string frame;                              ///< that the pose is given in

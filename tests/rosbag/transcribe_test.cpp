@@ -118,20 +118,23 @@ TEST(RosPose, JoinsPositionsWithOrientations) {
 
 TEST(RosPose, PlacesLocalMetresAtTheirOrigin) {
   const Geodetic origin{10 * kDegree, 20 * kDegree, 100};
-  RosPose pose(RosPoseRank::Local, drivers::world_about(origin));
-  std::vector<RosPose::Logs> logs;
-  for (int i = 0; i < 2; ++i) {
-    test::RosWriter message(RosEncoding::Cdr);
-    message.header(kBegin_ns + i * 100'000'000, "odom").text("base_link").put(0.0).put(0.0).put(5.0 + i);
-    message.put(0.0).put(0.0).put(0.0).put(1.0);
-    ASSERT_TRUE(pose.take("nav_msgs/Odometry", reader(message), UnixTime{}, logs));
+  // Vicon and ROVIO give the vehicle's place as a TransformStamped, which begins as Odometry does.
+  for (const char* type : {"nav_msgs/Odometry", "geometry_msgs/TransformStamped"}) {
+    RosPose pose(RosPoseRank::Local, drivers::world_about(origin));
+    std::vector<RosPose::Logs> logs;
+    for (int i = 0; i < 2; ++i) {
+      test::RosWriter message(RosEncoding::Cdr);
+      message.header(kBegin_ns + i * 100'000'000, "odom").text("base_link").put(0.0).put(0.0).put(5.0 + i);
+      message.put(0.0).put(0.0).put(0.0).put(1.0);
+      ASSERT_TRUE(pose.take(type, reader(message), UnixTime{}, logs));
+    }
+    const auto solutions = all_of<InsSolution>(decoded(logs));
+    ASSERT_EQ(solutions.size(), 2u) << "the first waits for the velocity";
+    EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 105, 1e-6);
+    EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 106, 1e-6);
+    EXPECT_NEAR(solutions[1].position.latitude, origin.latitude, 1e-12);
+    for (const InsSolution& one : solutions) EXPECT_NEAR(one.velocity_enu.z(), 10, 1e-6);
   }
-  const auto solutions = all_of<InsSolution>(decoded(logs));
-  ASSERT_EQ(solutions.size(), 2u) << "the first waits for the velocity";
-  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 105, 1e-6);
-  EXPECT_NEAR(solutions[1].position.ellipsoidal_height, 106, 1e-6);
-  EXPECT_NEAR(solutions[1].position.latitude, origin.latitude, 1e-12);
-  for (const InsSolution& one : solutions) EXPECT_NEAR(one.velocity_enu.z(), 10, 1e-6);
 }
 
 test::RosWriter pose_message(std::int64_t ns, const std::array<double, 3>& place, const std::array<double, 4>& xyzw) {
