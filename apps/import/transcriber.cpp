@@ -103,6 +103,11 @@ std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
   if (dropped.of_other_clock > 0)
     out += fmt::format("; {} messages have stamps of another clock, {} 1980", dropped.of_other_clock,
                        from_.shift == nanoseconds(0) ? "before" : "after");
+  if (dropped.together > 0)
+    out += fmt::format(
+        "; {} messages are less than 0.5 ms behind another, as those that were stamped when they were "
+        "taken from a queue: the first of them is used",
+        dropped.together);
   if (dropped.late > 0) out += fmt::format("; {} messages are out of their order in time", dropped.late);
   return out;
 }

@@ -19,6 +19,8 @@ constexpr std::uint32_t kSolutionGood = 3;
 // A receiver's log is expected to arrive this long after its time (HostClockModel::Config::arrival_latency), so logs
 // that are made here do.
 constexpr nanoseconds kLatency = std::chrono::milliseconds(3);
+// No receiver makes so many poses; what is nearer has waited, and was stamped when it was taken.
+constexpr nanoseconds kTogether = std::chrono::microseconds(500);
 
 /// The bytes of one log.
 class Log {
@@ -221,6 +223,10 @@ bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime rec
   const Pose now{local.time, at->place, at->q_enu_world * local.q_enu_flu, local.sigma_enu, local.sigma_flu};
   if (last_ && now.time <= last_->time) {
     ++dropped.late;
+    return true;
+  }
+  if (last_ && now.time - last_->time < kTogether) {
+    ++dropped.together;
     return true;
   }
   const auto before = std::exchange(last_, now);

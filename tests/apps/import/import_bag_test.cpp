@@ -163,6 +163,21 @@ TEST_F(ImportBag, OfTwoTopicsOfOneKindOneIsThePose) {
   EXPECT_LT(metres_of_latitudes(pose()), 3);
 }
 
+/// What waits in a queue is stamped when it is taken: the way between two such poses over their time is no velocity.
+TEST_F(ImportBag, OfPosesThatWereStampedTogetherTheFirstIsUsed) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) {
+    messages.push_back(odometry_message("/odom", kImported_ns + i * kTenth_ns, 0.1 * i));
+    if (i % 4 == 0) messages.push_back(odometry_message("/odom", kImported_ns + i * kTenth_ns + 5'000, 0.1 * i + 0.05));
+  }
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom"),
+            "sensor pos; 5 messages are less than 0.5 ms behind another, as those that were stamped when they were "
+            "taken from a queue: the first of them is used");
+  EXPECT_EQ(done->packets, 20u);
+}
+
 TEST_F(ImportBag, PosesNamesTheTopicOfThePose) {
   const auto done = import(two_ways(), {.origin = kOrigin, .poses = {"/odom/filtered"}});
   ASSERT_TRUE(done.ok()) << done.error().message;
