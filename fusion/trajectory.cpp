@@ -137,15 +137,19 @@ void Trajectory::judge_leap(Solution& now) {
   const Eigen::Vector3d off = now.position - last.position - 0.5 * dt * (last.velocity + now.velocity);
   const Eigen::Vector3d turned = portable::rotation_vector(last.q_enu_body.conjugate() * now.q_enu_body);
   const Eigen::Vector3d bent = has_omega_ ? Eigen::Vector3d(turned - dt * omega_body_) : Eigen::Vector3d::Zero();
-  const auto limit = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double slack, double acceleration) {
-    return 3.0 * portable::hypot(a.norm(), b.norm()) + slack + 0.5 * acceleration * dt * dt;
+  const auto noise = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double slack) {
+    return 3.0 * portable::hypot(a.norm(), b.norm()) + slack;
   };
-  const bool leaps = off.norm() > limit(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m,
-                                        config_.leap_acceleration);
-  const bool spins = bent.norm() > limit(last.own_sigma_attitude, now.own_sigma_attitude, config_.leap_slack,
-                                         config_.leap_angular_acceleration);
+  // A rate that a short step says is as uncertain as that step's errors are, as often as it fits into this one: poses
+  // that were stamped when they arrived, two at once, are microseconds apart.
+  const double times = has_omega_ ? std::max(1.0, dt / omega_step_s_) : 1.0;
+  const bool leaps = off.norm() > noise(last.own_sigma_position, now.own_sigma_position, config_.leap_slack_m) +
+                                      0.5 * config_.leap_acceleration * dt * dt;
+  const bool spins = bent.norm() > times * noise(last.own_sigma_attitude, now.own_sigma_attitude, config_.leap_slack) +
+                                       0.5 * config_.leap_angular_acceleration * dt * dt;
   if (!spins) {
     omega_body_ = turned / dt;
+    omega_step_s_ = dt;
     has_omega_ = true;
   }
   if (leaps || spins) {

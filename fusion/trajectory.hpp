@@ -57,7 +57,8 @@ class Trajectory {
     double sigma_position_m = 0.05;           ///< for each axis, if the receiver gives no sigma
     double sigma_attitude = 5e-4;             ///< for each angle, if the receiver gives no sigma, rad
     /// A solution is a leap if it differs from the prediction of the one before by more than three sigma of both plus
-    /// slack plus 0.5 acceleration dt^2.
+    /// slack plus 0.5 acceleration dt^2. For the attitude, sigma and slack count as often as the interval from which
+    /// the rate is fits into this one.
     double leap_acceleration = 5.0;           ///< m/s^2
     double leap_angular_acceleration = 20.0;  ///< rad/s^2
     double leap_slack_m = 0.05;
@@ -117,7 +118,8 @@ class Trajectory {
   Transform<Enu, Ecef> T_enu_ecef_;
   std::deque<Solution> solutions_;
   std::optional<std::array<double, 9>> uncertainty_;
-  Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();  // rad/s, of the last interval without a leap
+  Eigen::Vector3d omega_body_ = Eigen::Vector3d::Zero();  // rad/s, of the last interval without a leap,
+  double omega_step_s_ = 0;                               // which is as long as this
   bool has_omega_ = false;
   Leap leapt_, doubt_;  // the last leap; the sum of all leaps that no other leap has undone
   Counts counts_;

@@ -93,6 +93,23 @@ TEST(Trajectory, SigmaGrowsTowardsTheMiddleOfAGap) {
   EXPECT_GT(trajectory.pose_at(at(0.505)).pose->sigma_attitude.z(), 0.05);
 }
 
+/// Poses that were stamped when they arrived come two at once: the rate between them is their error over microseconds.
+TEST(Trajectory, TwoSolutionsOfOneMomentMakeNoLeap) {
+  const Drive drive(Motion{.speed = 5, .turn_rate = 0.3, .shake = 0});
+  Trajectory trajectory({});
+  for (int i = 0; i < 1000; ++i)
+    for (const double late : {0.0, 5e-6}) {
+      if (late > 0 && i % 5 != 0) continue;
+      InsSolution solution = drive.solution(i * 0.01 + late);
+      solution.sigma = {0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 5e-4, 5e-4, 5e-4};
+      solution.attitude.heading += late > 0 ? 5e-4 : 0;
+      trajectory.add(solution);
+    }
+  EXPECT_EQ(trajectory.counts().used, 1200u);
+  EXPECT_EQ(trajectory.counts().leaps, 0u);
+  EXPECT_LT(trajectory.pose_at(at(5.005)).pose->sigma_attitude.z(), 1e-3);
+}
+
 TEST(Trajectory, ALeapGrowsTheSigmaUntilItIsTakenBack) {
   for (const double shake : {1.0, 3.0}) {
     const Drive drive(Motion{.speed = 20, .turn_rate = 0.3, .shake = shake});
