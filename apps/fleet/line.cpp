@@ -9,11 +9,11 @@ namespace hueline::apps {
 
 std::vector<LinePlace> line_of(const std::vector<Geodetic>& places) {
   std::vector<LinePlace> out;
-  constexpr double kTurn = 360;
+  constexpr double kTurn_deg = 360;
   for (const Geodetic& one : places) {
     const double longitude = one.longitude * kDegPerRad;
-    const double turns = out.empty() ? 0 : std::round((out.back().first - longitude) / kTurn);
-    out.emplace_back(longitude + turns * kTurn, one.latitude * kDegPerRad);
+    const double turns = out.empty() ? 0 : std::round((out.back().first - longitude) / kTurn_deg);
+    out.emplace_back(longitude + turns * kTurn_deg, one.latitude * kDegPerRad);
   }
   if (out.size() == 1) out.push_back(out.front());
   return out;
