@@ -12,6 +12,7 @@
 #include <string>
 
 #include "drivers/can/can_errors.hpp"
+#include "drivers/inflater.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -101,10 +102,6 @@ bool take_frame(std::uint32_t type, std::span<const std::byte> body, CanFrame& f
   for (std::size_t i = 0; i < std::min(length, stored); ++i) frame.data[i] = byte(data + i);
   return true;
 }
-
-struct FreeDecompressor {
-  void operator()(libdeflate_decompressor* one) const { libdeflate_free_decompressor(one); }
-};
 
 }  // namespace
 
@@ -208,12 +205,12 @@ Status BlfReader::take_container(std::uint64_t offset, std::uint32_t size, std::
         fmt::format("the container at byte {} is packed by method {}; known: 0 (plain) and 2 (zlib)", offset, method));
   if (content > kContainerMost)
     return lost(fmt::format("the container at byte {} says that it holds {} bytes", offset, content));
-  const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> decompressor(libdeflate_alloc_decompressor());
-  if (!decompressor) return Error{ErrorCode::Io, "no memory to unpack a container"};
+  const Inflater inflater = make_inflater();
+  if (!inflater) return Error{ErrorCode::Io, "no memory to unpack a container"};
   const std::size_t before = objects_.size();
   objects_.resize(before + content);
   std::size_t made = 0;
-  if (libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), objects_.data() + before, content,
+  if (libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), objects_.data() + before, content,
                                  &made) != LIBDEFLATE_SUCCESS)
     return lost(fmt::format("the container at byte {} cannot be unpacked", offset));
   objects_.resize(before + made);

@@ -5,20 +5,17 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 
 #include "core/printable.hpp"
+#include "drivers/inflater.hpp"
 
 namespace hueline::drivers {
 namespace {
 
-struct FreeDecompressor {
-  void operator()(libdeflate_decompressor* one) const { libdeflate_free_decompressor(one); }
-};
-
 bool unpack_deflate(std::span<const std::byte> packed, std::vector<std::byte>& out) {
-  const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> inflater(libdeflate_alloc_decompressor());
+  const Inflater inflater = make_inflater();
+  if (!inflater) return false;
   const bool is_gzip = packed.size() > 1 && packed[0] == std::byte{0x1F} && packed[1] == std::byte{0x8B};
   const auto unpack = is_gzip ? libdeflate_gzip_decompress : libdeflate_zlib_decompress;
   std::size_t size = 0;

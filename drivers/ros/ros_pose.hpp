@@ -49,10 +49,9 @@ RosWorld world_about(const Geodetic& origin);
 /// - INSPVA(X): the values as they are; the time is the receiver's, from nov_header.
 /// - NavSatFix or GPSFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
 ///   interpolated (ros_pose_joiner.hpp). The height is taken for that above the ellipsoid.
-/// - Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, the transforms of tf along a RosTransformPath:
-/// metres of a
-///   RosWorld. Their orientations are turned from its axes to the level and north of the place: 7 km east of an origin
-///   at 50 degrees north, north differs by 0.08 deg and level by 0.06 deg.
+/// - Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, the transforms of tf along a
+///   RosTransformPath: metres of a RosWorld. Their orientations are turned from its axes to the level and north of the
+///   place: 7 km east of an origin at 50 degrees north, north differs by 0.08 deg and level by 0.06 deg.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
 /// of the last two is header.stamp, taken for UTC, or the recorder's time if header.stamp is 0. The velocity of
 /// the last one is that from the message before; the first one has that of the second.

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <span>
 
+#include "drivers/big_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -18,8 +20,6 @@ struct KernelFrame {
   bool is_local = false;
 };
 
-unsigned big_u16(const std::byte* p) { return static_cast<unsigned>(p[0]) << 8 | static_cast<unsigned>(p[1]); }
-
 /// Returns the frame of a CAN bus in a frame of the capture; nothing if it is one of another network. `interface` is
 /// set where the frame itself names it.
 std::optional<KernelFrame> kernel_frame(const CaptureFrame& frame, std::string& interface) {
@@ -30,10 +30,10 @@ std::optional<KernelFrame> kernel_frame(const CaptureFrame& frame, std::string& 
   const bool is_second = frame.link_type == kCooked2;
   const std::size_t head = is_second ? 20 : 16;
   if ((!is_second && frame.link_type != kCooked) || bytes.size() < head) return {};
-  const unsigned protocol = big_u16(bytes.data() + (is_second ? 0 : 14));
+  const unsigned protocol = be16(bytes.data() + (is_second ? 0 : 14));
   if (protocol != kClassic && protocol != kFd && protocol != kXl) return {};
-  if (is_second) interface = std::to_string(big_u16(bytes.data() + 4) << 16 | big_u16(bytes.data() + 6));
-  const unsigned type = is_second ? static_cast<unsigned>(bytes[10]) : big_u16(bytes.data());
+  if (is_second) interface = std::to_string(be32(bytes.data() + 4));
+  const unsigned type = is_second ? static_cast<unsigned>(bytes[10]) : be16(bytes.data());
   return KernelFrame{bytes.subspan(head), frame.is_big_endian, protocol == kFd, type == kOutgoing};
 }
 
@@ -42,7 +42,7 @@ std::string_view take_frame(const KernelFrame& in, CanFrame& out) {
   constexpr std::size_t kHead = 8;
   constexpr unsigned kXlFlag = 0x80, kFdFlag = 0x04;
   if (in.bytes.size() < kHead) return "a frame of a CAN bus without its head";
-  std::uint32_t id = big_u16(in.bytes.data()) << 16 | big_u16(in.bytes.data() + 2);
+  std::uint32_t id = be32(in.bytes.data());
   if (!in.is_big_endian) id = __builtin_bswap32(id);
   const auto length = static_cast<unsigned>(in.bytes[4]), flags = static_cast<unsigned>(in.bytes[5]);
   if ((length & kXlFlag) != 0) return "a frame of CAN XL, which is not read";

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "drivers/big_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
@@ -17,11 +19,6 @@ constexpr std::size_t kMaxDatagram = 65535;
 /// it within a minute. Linux waits as long for IPv4; RFC 8200 allows 60 s. It is a time of the capture, not of this
 /// program.
 constexpr nanoseconds kLongestApart = std::chrono::seconds(30);
-
-std::uint16_t be16(const std::byte* p) {
-  return static_cast<std::uint16_t>(static_cast<unsigned>(p[0]) << 8 | static_cast<unsigned>(p[1]));
-}
-std::uint32_t be32(const std::byte* p) { return static_cast<std::uint32_t>(be16(p)) << 16 | be16(p + 2); }
 
 enum class Network : std::uint8_t { Ipv4, Ipv6, Other, UnknownLink };
 struct Layer3 {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "drivers/inflater.hpp"
 #include "drivers/little_endian.hpp"
 
 namespace hueline::drivers {
@@ -67,10 +68,6 @@ std::size_t round_up(std::size_t bytes, std::size_t unit) { return (bytes + unit
 Error no_zip(const char* why) {
   return {ErrorCode::Malformed, fmt::format("the camera's description file cannot be unpacked: {}", why)};
 }
-
-struct FreeDecompressor {
-  void operator()(libdeflate_decompressor* one) const { libdeflate_free_decompressor(one); }
-};
 
 }  // namespace
 
@@ -140,10 +137,10 @@ Result<std::string> unzip(const std::string& archive) {
   if (method == 0) return std::string(bytes.substr(data, packed));
   if (method != 8) return no_zip("its method of compression is not Deflate");
   std::string out(size, '\0');
-  const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> decompressor(libdeflate_alloc_decompressor());
-  if (!decompressor) return no_zip("there is no memory");
+  const Inflater inflater = make_inflater();
+  if (!inflater) return no_zip("there is no memory");
   std::size_t got = 0;
-  if (libdeflate_deflate_decompress(decompressor.get(), archive.data() + data, packed, out.data(), out.size(), &got) !=
+  if (libdeflate_deflate_decompress(inflater.get(), archive.data() + data, packed, out.data(), out.size(), &got) !=
           LIBDEFLATE_SUCCESS ||
       got != size)
     return no_zip("its data are damaged");
