@@ -173,13 +173,16 @@ export class Mock {
   }
 
   /// As when POST /api/start has started a drive.
-  begin(drive = "2026-11-23_0100", rig = "street", isSimulated = false) {
-    Object.assign(this, { drive_s: 0, marks: [], isSimulated });
+  begin(drive, rig, isSimulated) {
+    this.#begin({ state: "driving", replay: null }, drive, rig, isSimulated);
+  }
+  #begin(state, drive = "2026-11-23_0100", rig = "street", isSimulated = false) {
+    Object.assign(this, { drive_s: state.replay?.from_s ?? 0, marks: [], isSimulated });
     this.#events = [];
     this.#seconds = [];
     this.#troubles.clear();
     this.#holdover = null;
-    Object.assign(this.state, { state: "driving", drive, rig, since: new Date().toISOString(), last: null, feed: "connected", replay: null, ended: false, acknowledged: [] });
+    Object.assign(this.state, { ...state, drive, rig, since: new Date().toISOString(), last: null, feed: "connected", ended: false, acknowledged: [] });
     for (const topic of ["/hueline/status", "/hueline/events", "/hueline/map"]) this.#addChannel(topic);
     this.#addChannel("/cloud", "foxglove.PointCloud");
     this.#addChannel("/pose", "foxglove.PoseInFrame");
@@ -191,11 +194,8 @@ export class Mock {
   /// As when a replay has begun, from a second of the drive.
   beginReplay(drive, { speed = 1, paused = false, from_s = 0 } = {}) {
     const duration_s = this.drives.find((one) => one.name === drive)?.duration_s ?? null;
-    this.begin(drive);
-    this.drive_s = from_s;
     this.speed = speed;
-    Object.assign(this.state, { state: paused ? "paused" : "replaying", replay: { speed, paused, from_s, duration_s } });
-    this.#send("/hueline/console", this.state);
+    this.#begin({ state: paused ? "paused" : "replaying", replay: { speed, paused, from_s, duration_s } }, drive);
   }
   /// What POST /api/replay/pace and /api/replay/seek do.
   #pace({ paused = this.state.replay.paused, speed = this.state.replay.speed }) {
