@@ -283,7 +283,7 @@ test("a lost connection is told at once, the data are marked as old, and it is b
   await page.waitForFunction(() => !document.querySelector(".bar .link.lost"));
   for (let round = 0; round < 3; ++round) {
     mock.cut();
-    await page.waitForFunction(() => /live/.test(document.querySelector(".bar .link").textContent) && !document.querySelector(".drive-view.old"));
+    await page.waitForFunction(() => /live/.test(document.querySelector(".bar .link")?.textContent) && !document.querySelector(".drive-view.old"));
   }
   await page.goto(`${url}/#events`);
   // What the server tells again after a connection is not there twice. Between the two the list is empty for a moment.
@@ -314,7 +314,7 @@ test("the cloud grows: its points are on the canvas, and damaged messages do not
   mock.damage("/cloud");
   const count = async () => parseFloat((await page.innerText(".legend")).replace(/[^\d.].*/s, ""));
   const before = await count();
-  await page.waitForFunction((n) => parseFloat(document.querySelector(".legend").textContent) > n, before + 10);
+  await page.waitForFunction((n) => parseFloat(document.querySelector(".legend")?.textContent) > n, before + 10);
   // The picture has many colours where an empty one has two.
   const png = await page.locator(".cloud-view canvas").screenshot();
   assert.ok(png.length > 20000, `${png.length} bytes of picture`);
@@ -332,7 +332,7 @@ test("images of each camera, the clocks' curves and the map come", async () => {
   mock.hole = true;
   mock.fix = "Single";
   await page.goto(`${url}/#map`);
-  await page.waitForFunction(() => /[1-9]\d* m without points, [1-9]\d* m with weak GNSS/.test(document.querySelector(".legend").textContent));
+  await page.waitForFunction(() => /[1-9]\d* m without points, [1-9]\d* m with weak GNSS/.test(document.querySelector(".legend")?.textContent));
 });
 
 test("the map is drawn on the console's tiles, which lie where the vehicle drives", async () => {
@@ -341,7 +341,7 @@ test("the map is drawn on the console's tiles, which lie where the vehicle drive
   mock.begin();
   await open("map");
   await see("Map by the surveyors");
-  await page.waitForFunction(() => /^[1-9],\d{3} m driven/.test(document.querySelector(".legend > p:last-child").textContent));
+  await page.waitForFunction(() => /^[1-9],\d{3} m driven/.test(document.querySelector(".legend > p:last-child")?.textContent));
   // Along a line across the middle of the block: the two streets of the tiles, and the driven paths in their middles.
   const look = () =>
     page.evaluate(() => {
@@ -414,7 +414,7 @@ test("a replay has a time line: it is paused without an alarm, goes on elsewhere
   }
   const line = page.locator(".time-line"), slider = line.locator("input");
   assert.equal(await slider.getAttribute("max"), "640");
-  await page.waitForFunction(() => Number(document.querySelector(".time-line input").value) >= 2, undefined, { timeout: 10000 });
+  await page.waitForFunction(() => Number(document.querySelector(".time-line input")?.value) >= 2, undefined, { timeout: 10000 });
 
   await line.getByRole("button", { name: "Pause" }).click();
   await see("replay, paused");
@@ -429,7 +429,7 @@ test("a replay has a time line: it is paused without an alarm, goes on elsewhere
   await page.keyboard.press("End");
   await page.keyboard.press("ArrowLeft");
   await see("Going to 10:39");
-  await page.waitForFunction(() => document.querySelector(".time-line .value").textContent === "10:39 of 10:40", undefined, { timeout: 10000 });
+  await page.waitForFunction(() => document.querySelector(".time-line .value")?.textContent === "10:39 of 10:40", undefined, { timeout: 10000 });
   assert.deepEqual(posts("replay/seek").map((one) => one.body), [{ position_s: 639 }]);
   assert.equal(await slider.getAttribute("aria-valuetext"), "10:39 of 10:40");
   await see("replay, paused");
@@ -439,7 +439,7 @@ test("a replay has a time line: it is paused without an alarm, goes on elsewhere
   await line.getByLabel("Speed").selectOption("10");
   for (let i = 0; i < 100 && posts("replay/pace").length < 3; ++i) await page.waitForTimeout(50);
   assert.deepEqual(posts("replay/pace").slice(1).map((one) => one.body), [{ paused: false }, { speed: 10 }]);
-  await page.waitForFunction(() => /^10:5|^11:/.test(document.querySelector(".time-line .value").textContent), undefined, { timeout: 10000 });
+  await page.waitForFunction(() => /^10:5|^11:/.test(document.querySelector(".time-line .value")?.textContent), undefined, { timeout: 10000 });
   // What stops is still told.
   mock.isFrozen = true;
   await page.waitForSelector(".bar .link.lost");
