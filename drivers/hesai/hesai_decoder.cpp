@@ -135,7 +135,7 @@ void HesaiDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
         fmt::format("{}: {} of {} blocks have a wrong flag or azimuth", table_.name, blocks.malformed, table_.blocks)});
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
-  ++counts_.messages[data->returns == 1 ? "data" : data->returns == 2 ? "data dual" : "data triple"];
+  data_.add(counts_, data->returns == 1 ? "data" : data->returns == 2 ? "data dual" : "data triple");
   out.push_back(std::move(batch));
 }
 

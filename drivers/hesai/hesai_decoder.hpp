@@ -11,6 +11,7 @@
 #include "drivers/arrival_watch.hpp"
 #include "drivers/hesai/hesai_model.hpp"
 #include "drivers/hesai/hesai_wire.hpp"
+#include "drivers/message_counter.hpp"
 #include "drivers/profile_scanner/counter_watch.hpp"
 
 namespace hueline::drivers {
@@ -78,6 +79,7 @@ class HesaiDecoder final : public Decoder {
   const HesaiTable& table_;
   std::unique_ptr<HesaiKernel> kernel_;
   DecodeCounts counts_;
+  MessageCounter data_;  ///< of the packets of points
 
   CounterWatch counter_;
   struct Previous {

@@ -130,7 +130,7 @@ void LivoxDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
   batch.time = *time;
   kernel_.decode(*data, interval_ns(*data), batch.returns);
   counts_.decoded_bytes += bytes.size();
-  ++counts_.messages[data->form->name];
+  points_.add(counts_, data->form->name);
   out.push_back(std::move(batch));
 }
 

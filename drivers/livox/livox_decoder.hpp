@@ -10,6 +10,7 @@
 #include "drivers/arrival_watch.hpp"
 #include "drivers/livox/livox_kernel.hpp"
 #include "drivers/livox/livox_wire.hpp"
+#include "drivers/message_counter.hpp"
 
 namespace hueline::drivers {
 
@@ -85,6 +86,7 @@ class LivoxDecoder final : public Decoder {
   Config config_;
   LivoxKernel kernel_;
   DecodeCounts counts_;
+  MessageCounter points_;  ///< of the packets of points
   std::optional<std::uint16_t> scanner_;
   std::optional<Previous> previous_;
   ArrivalWatch arrivals_;

@@ -276,7 +276,7 @@ void VelodyneDecoder::use_data(const Packet& packet, std::vector<Measurement>& o
         fmt::format("{}: the azimuth jumps twice inside a packet; the blocks behind have no known time", table_.name)});
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes - kBlockBytes * static_cast<std::size_t>(blocks.behind);
-  ++counts_.messages[is_dual ? "data dual" : mode == kVelodyneLast ? "data last" : "data strongest"];
+  data_.add(counts_, is_dual ? "data dual" : mode == kVelodyneLast ? "data last" : "data strongest");
   out.push_back(std::move(batch));
 }
 

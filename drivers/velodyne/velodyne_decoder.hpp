@@ -13,6 +13,7 @@
 #include "core/keys.hpp"
 #include "drivers/arrival_watch.hpp"
 #include "drivers/gap_trial.hpp"
+#include "drivers/message_counter.hpp"
 #include "drivers/velodyne/velodyne_model.hpp"
 #include "drivers/velodyne/velodyne_position.hpp"
 #include "drivers/velodyne/velodyne_timing.hpp"
@@ -123,6 +124,7 @@ class VelodyneDecoder final : public Decoder {
   const VelodyneTable& table_;
   std::unique_ptr<VelodyneKernel> kernel_;
   DecodeCounts counts_;
+  MessageCounter data_;  ///< of the packets of points
 
   struct Previous {
     nanoseconds stamp;
