@@ -23,15 +23,18 @@ namespace hueline::drivers::HWY_NAMESPACE {
 
 constexpr std::size_t kFiringsAt = 4;  // in a block
 
-/// Fills the turn for an azimuth step from the block to the next. It is at most 0.03 rad, so the error of the series is
-/// at most 4e-8.
-void fill_turn(const VelodyneKernel::Firings& firings, float step, VelodyneKernel::Turn& turn) {
-  for (std::size_t f = 0; f < VelodyneKernel::kFirings; ++f) {
-    const float turned = step * firings.fraction[f], turned2 = turned * turned;
-    const float sin_turn = turned - turned * turned2 / 6.0f, cos_turn = 1.0f - turned2 / 2.0f;
-    turn.sin_ahead[f] = firings.sin_azimuth[f] * cos_turn + firings.cos_azimuth[f] * sin_turn;
-    turn.cos_ahead[f] = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
-    turn.turned[f] = turned;
+/// Fills the turns of all banks for an azimuth step from the block to the next. It is at most 0.03 rad, so the error of
+/// the series is at most 4e-8.
+void fill_turns(std::span<const VelodyneKernel::Firings> banks, float step, VelodyneKernel::Turn* turns) {
+  for (const VelodyneKernel::Firings& firings : banks) {
+    VelodyneKernel::Turn& turn = *turns++;
+    for (std::size_t f = 0; f < VelodyneKernel::kFirings; ++f) {
+      const float turned = step * firings.fraction[f], turned2 = turned * turned;
+      const float sin_turn = turned - turned * turned2 / 6.0f, cos_turn = 1.0f - turned2 / 2.0f;
+      turn.sin_ahead[f] = firings.sin_azimuth[f] * cos_turn + firings.cos_azimuth[f] * sin_turn;
+      turn.cos_ahead[f] = firings.cos_azimuth[f] * cos_turn - firings.sin_azimuth[f] * sin_turn;
+      turn.turned[f] = turned;
+    }
   }
 }
 
@@ -132,7 +135,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hueline::drivers {
 HWY_EXPORT(decode_blocks);
-HWY_EXPORT(fill_turn);
+HWY_EXPORT(fill_turns);
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -148,18 +151,27 @@ constexpr int kTremble = 20;
 /// block the mirror turns by less than 2 degrees.
 constexpr int kNearNorth = 1000;
 
-/// The second bytes of the flags of a VLS-128's four blocks.
-constexpr unsigned kBankFlags[] = {0xEE, 0xDD, 0xCC, 0xBB};
+/// The flags of a VLS-128's four blocks; other models have the first.
+constexpr std::uint32_t kFlags[] = {0xEEFF, 0xDDFF, 0xCCFF, 0xBBFF};
 
-unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8; }
+/// Returns flag and azimuth of a block, the flag in the lower half.
+std::uint32_t head_of(const std::byte* block) {
+  std::uint32_t head;
+  std::memcpy(&head, block, sizeof head);  // the program runs on little-endian computers only (novatel/wire.hpp)
+  return head;
+}
+
+/// Returns the way from one azimuth to another, [-180, 180) degrees; it was computed without regard to north.
+int shortest(int way) { return way < -kCircle / 2 ? way + kCircle : way >= kCircle / 2 ? way - kCircle : way; }
 
 }  // namespace
 
 VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
     : table_(velodyne_table(config.model)),
-      max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(table_.block_period()))),
+      period_(table_.block_period()),
+      max_step_(static_cast<int>(kMaxRevolutionsPerSecond * kCircle * to_seconds(period_))),
       firings_(static_cast<std::size_t>(table_.banks())),
-      turns_(firings_.size(), std::vector<Turn>(static_cast<std::size_t>(kTremble + max_step_ + 1))),
+      turns_(firings_.size() * static_cast<std::size_t>(kTremble + max_step_ + 1)),
       mean_turns_(firings_.size()) {
   choice_.returns = config.returns;
   const auto [nearest, count] = range_steps(config.min_range_m, config.max_range_m.value_or(1e9), table_.range_step_m);
@@ -192,121 +204,119 @@ VelodyneKernel::VelodyneKernel(const VelodyneDecoder::Config& config)
       table.sin_azimuth[f] = static_cast<float>(portable::sin(azimuth));
       table.cos_azimuth[f] = static_cast<float>(portable::cos(azimuth));
       table.azimuth[f] = static_cast<float>(azimuth);
-      table.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(table_.block_period()));
+      table.fraction[f] = static_cast<float>(to_seconds(offset) / to_seconds(period_));
       table.offset_ns[f] = static_cast<std::int32_t>(offset.count());
       table.channel[f] = static_cast<std::uint32_t>(ring);
     }
-  for (std::size_t bank = 0; bank < firings_.size(); ++bank)
-    for (int step = -kTremble; step <= max_step_; ++step) HWY_DYNAMIC_DISPATCH(fill_turn)
-  (firings_[bank], static_cast<float>(step) * kAzimuthStep, turns_[bank][static_cast<std::size_t>(step + kTremble)]);
+  for (int step = -kTremble; step <= max_step_; ++step) HWY_DYNAMIC_DISPATCH(fill_turns)
+  (firings_, static_cast<float>(step) * kAzimuthStep,
+   &turns_[firings_.size() * static_cast<std::size_t>(step + kTremble)]);
 }
 
-int VelodyneKernel::step(int from, int to) const {
-  const int d = to - from;
-  return d < -kCircle / 2 ? d + kCircle : d >= kCircle / 2 ? d - kCircle : d;
+/// Reads flag and azimuth of each block.
+VelodyneKernel::Units VelodyneKernel::units_of(std::span<const std::byte> bytes, int copies) const {
+  const int banks = static_cast<int>(firings_.size());
+  Units out;
+  for (int i = 0; i + banks * copies <= kVelodyneBlocks; ++out.count) {
+    Unit& unit = out.units[static_cast<std::size_t>(out.count)];
+    for (int bank = 0; bank < banks; ++bank, i += copies) {
+      const std::uint32_t head = head_of(bytes.data() + kBlockBytes * static_cast<std::size_t>(i));
+      const int azimuth = static_cast<int>(head >> 16U);
+      const bool is_block = (head & 0xFFFFU) == kFlags[bank] && azimuth < kCircle;
+      const bool is_partner =
+          copies == 1 || head_of(bytes.data() + kBlockBytes * static_cast<std::size_t>(i + 1)) == head;
+      if (is_block && is_partner && (unit.good_banks == 0 || azimuth == unit.azimuth)) {
+        unit.azimuth = azimuth;
+        unit.good_banks |= 1U << static_cast<unsigned>(bank);
+      } else {
+        out.malformed += copies;
+      }
+    }
+  }
+  return out;
 }
 
-bool VelodyneKernel::is_plausible(int step) const { return step >= -kTremble && step <= max_step_; }
-
-bool VelodyneKernel::is_block(const std::byte* block, int bank) const {
-  return block[0] == std::byte{0xFF} && static_cast<unsigned>(block[1]) == kBankFlags[bank] &&
-         u16(block + 2) < static_cast<unsigned>(kCircle);
+/// Finds the azimuth steps between neighbouring units of the packet. A jump (the scanner's field of view, a broken
+/// encoder) ends what the packet's stamp can date, because the packet does not say how long the scanner was silent.
+void VelodyneKernel::find_steps(Units& all) const {
+  all.jump = all.second_jump = all.count;
+  for (int u = 0; u + 1 < all.second_jump; ++u) {
+    Unit& unit = all.units[static_cast<std::size_t>(u)];
+    const Unit& next = all.units[static_cast<std::size_t>(u + 1)];
+    if (unit.good_banks == 0 || next.good_banks == 0) continue;
+    const int step = shortest(next.azimuth - unit.azimuth);
+    if (step >= -kTremble && step <= max_step_) {
+      unit.step = step;
+      all.sum += step;
+      ++all.steps;
+    } else if (all.jump == all.count) {
+      all.jump = u + 1;
+    } else {
+      all.second_jump = u + 1;
+    }
+  }
 }
 
 VelodyneBlocks VelodyneKernel::decode(std::span<const std::byte> bytes, bool is_dual, double turn_rate,
                                       std::vector<LaserReturn>& returns) {
   const auto& directions = azimuth_directions();
-  const int banks = table_.banks();
-  const int copies = is_dual ? 2 : 1;          // blocks of the same firings
-  const int blocks_per_unit = banks * copies;  // blocks of the same azimuth
-  const int units = kVelodyneBlocks / blocks_per_unit;
-  const auto block = [&](int i) { return bytes.data() + kBlockBytes * static_cast<std::size_t>(i); };
+  const std::size_t banks = firings_.size();
+  const int copies = is_dual ? 2 : 1;  // blocks of the same firings
+  Units all = units_of(bytes, copies);
+  find_steps(all);
 
-  std::array<Unit, kVelodyneBlocks> unit;
-  std::array<bool, kVelodyneBlocks> is_good{};
   VelodyneBlocks result;
-  for (int u = 0; u < units; ++u) {
-    auto& [azimuth, is_valid] = unit[static_cast<std::size_t>(u)];
-    for (int bank = 0, i = u * blocks_per_unit; bank < banks; ++bank, i += copies) {
-      const int found = static_cast<int>(u16(block(i) + 2));
-      const bool good = is_block(block(i), bank) && (!is_valid || found == azimuth) &&
-                        (!is_dual || (is_block(block(i + 1), bank) && std::memcmp(block(i), block(i + 1), 4) == 0));
-      if (good && !is_valid) azimuth = found;
-      is_valid |= good;
-      is_good[static_cast<std::size_t>(i)] = good;
-      if (!good) result.malformed += copies;
-    }
-  }
-
-  // The azimuth steps between neighbouring units of this packet. A jump (the scanner's field of view, a broken
-  // encoder) ends what the packet's stamp can date, because the packet does not say how long the scanner was silent.
-  std::array<int, kVelodyneBlocks> steps{};
-  std::array<bool, kVelodyneBlocks> has_step{};
-  int sum = 0, number = 0;
-  int jump = units, second_jump = units;  // the first units behind
-  for (int u = 0; u + 1 < second_jump; ++u) {
-    const auto i = static_cast<std::size_t>(u);
-    if (!unit[i].is_valid || !unit[i + 1].is_valid) continue;
-    steps[i] = step(unit[i].azimuth, unit[i + 1].azimuth);
-    has_step[i] = is_plausible(steps[i]);
-    if (has_step[i]) {
-      sum += steps[i];
-      ++number;
-    } else if (jump == units) {
-      jump = u + 1;
-      result.jump_azimuth = unit[i + 1].azimuth;
-    } else {
-      second_jump = u + 1;
-    }
-  }
-  const double period_s = to_seconds(table_.block_period());
-  const float mean_step = number      ? static_cast<float>(sum) / static_cast<float>(number)
-                          : units > 1 ? 0.0f
-                                      : static_cast<float>(turn_rate * period_s);
-  if (number > 0) result.turn_rate = static_cast<double>(sum) / number / period_s;
+  result.malformed = all.malformed;
+  if (all.jump < all.count) result.jump_azimuth = all.units[static_cast<std::size_t>(all.jump)].azimuth;
+  const double period_s = to_seconds(period_);
+  const float mean_step = all.steps       ? static_cast<float>(all.sum) / static_cast<float>(all.steps)
+                          : all.count > 1 ? 0.0f
+                                          : static_cast<float>(turn_rate * period_s);
+  if (all.steps > 0) result.turn_rate = static_cast<double>(all.sum) / all.steps / period_s;
+  HWY_DYNAMIC_DISPATCH(fill_turns)(firings_, mean_step * kAzimuthStep, mean_turns_.data());
 
   std::array<Block, kVelodyneBlocks> wanted;
   std::size_t count = 0, timed = 0;
-  for (std::size_t bank = 0; bank < firings_.size(); ++bank)
-    HWY_DYNAMIC_DISPATCH(fill_turn)(firings_[bank], mean_step * kAzimuthStep, mean_turns_[bank]);
-  for (int u = 0; u < units; ++u) {
-    const auto i = static_cast<std::size_t>(u);
-    if (!unit[i].is_valid) continue;
-    const bool is_behind = u >= jump;
-    const auto unit_ns = static_cast<std::int32_t>(table_.block_period().count() * (is_behind ? u - jump : u));
-    const auto azimuth = static_cast<std::size_t>(unit[i].azimuth);
-    for (std::size_t bank = 0; bank < firings_.size(); ++bank) {
-      const int b = u * blocks_per_unit + static_cast<int>(bank) * copies;
-      if (!is_good[static_cast<std::size_t>(b)]) continue;
-      if (u >= second_jump) {
+  const std::byte* block = bytes.data();
+  const std::size_t to_next = kBlockBytes * static_cast<std::size_t>(copies);
+  for (int u = 0; u < all.count; ++u) {
+    const Unit& unit = all.units[static_cast<std::size_t>(u)];
+    const bool is_behind = u >= all.jump;
+    const auto unit_ns = static_cast<std::int32_t>(period_.count() * (is_behind ? u - all.jump : u));
+    const auto azimuth = static_cast<std::size_t>(unit.azimuth);
+    const bool is_near_north = unit.azimuth < kNearNorth || unit.azimuth >= kCircle - kNearNorth;
+    const Turn* turns =
+        unit.step ? &turns_[banks * static_cast<std::size_t>(*unit.step + kTremble)] : mean_turns_.data();
+    for (std::size_t bank = 0; bank < banks; ++bank, block += to_next) {
+      if ((unit.good_banks >> bank & 1U) == 0) continue;
+      if (u >= all.second_jump) {
         result.untimed += copies;
         continue;
       }
-      const Turn& turn = has_step[i] ? turns_[bank][static_cast<std::size_t>(steps[i] + kTremble)] : mean_turns_[bank];
       wanted[count++] = {&firings_[bank],
-                         &turn,
-                         block(b),
-                         is_dual ? block(b + 1) : nullptr,
+                         &turns[bank],
+                         block,
+                         is_dual ? block + kBlockBytes : nullptr,
                          static_cast<float>(azimuth) * kAzimuthStep,
-                         unit[i].azimuth < kNearNorth || unit[i].azimuth >= kCircle - kNearNorth,
+                         is_near_north,
                          directions[azimuth],
                          unit_ns};
       if (is_behind) {
         result.behind += copies;
-        result.behind_azimuth = unit[i].azimuth;
+        result.behind_azimuth = unit.azimuth;
         continue;
       }
       timed = count;
-      if (result.decoded == 0) result.first_azimuth = unit[i].azimuth;
-      result.last_azimuth = unit[i].azimuth;
+      if (result.decoded == 0) result.first_azimuth = unit.azimuth;
+      result.last_azimuth = unit.azimuth;
       result.decoded += copies;
     }
   }
-  const std::span<const Block> all(wanted.data(), count);
-  HWY_DYNAMIC_DISPATCH(decode_blocks)(all.first(timed), choice_, scratch_.data(), returns);
+  const std::span<const Block> blocks(wanted.data(), count);
+  HWY_DYNAMIC_DISPATCH(decode_blocks)(blocks.first(timed), choice_, scratch_.data(), returns);
   behind_.clear();
-  if (timed < count) HWY_DYNAMIC_DISPATCH(decode_blocks)(all.subspan(timed), choice_, scratch_.data(), behind_);
-  result.behind_duration = table_.block_period() * (units - jump);
+  if (timed < count) HWY_DYNAMIC_DISPATCH(decode_blocks)(blocks.subspan(timed), choice_, scratch_.data(), behind_);
+  result.behind_duration = period_ * (all.count - all.jump);
   return result;
 }
 

@@ -3,12 +3,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/measurements.hpp"
 #include "drivers/azimuth_directions.hpp"
 #include "drivers/velodyne/velodyne_decoder.hpp"
+#include "drivers/written_ahead.hpp"
 
 namespace hueline::drivers {
 
@@ -81,23 +83,28 @@ class VelodyneKernel {
  private:
   /// The blocks of one azimuth: one block or, in dual-return mode, a pair; of a scanner with several banks a sequence.
   struct Unit {
-    int azimuth = 0;  ///< in 0.01 degrees
-    bool is_valid = false;
+    int azimuth = 0;          ///< in 0.01 degrees
+    unsigned good_banks = 0;  ///< a bit for each bank whose blocks can be decoded
+    std::optional<int> step;  ///< of the azimuth to the next unit; nothing if it is not known or not plausible
   };
-
-  int step(int from, int to) const;
-  bool is_plausible(int step) const;
-  bool is_block(const std::byte* block, int bank) const;
+  struct Units {
+    std::array<Unit, kVelodyneBlocks> units;
+    int count = 0, malformed = 0;   ///< units; blocks that cannot be decoded
+    int jump = 0, second_jump = 0;  ///< the first units behind a jump of the azimuth; `count` if there is none
+    int sum = 0, steps = 0;         ///< of the plausible steps
+  };
+  Units units_of(std::span<const std::byte> bytes, int copies) const;
+  void find_steps(Units& all) const;
 
   const VelodyneTable& table_;
   Choice choice_;
+  nanoseconds period_;  ///< from one unit to the next
   int max_step_;
-  std::vector<Firings> firings_;          ///< by bank
-  std::vector<std::vector<Turn>> turns_;  ///< by bank, then by plausible step of the azimuth, the smallest first
-  std::vector<Turn> mean_turns_;          ///< by bank; for the packet's mean step, which is no whole number
+  std::vector<Firings> firings_;  ///< by bank
+  std::vector<Turn> turns_;       ///< by plausible step of the azimuth, the smallest first, then by bank
+  std::vector<Turn> mean_turns_;  ///< by bank; for the packet's mean step, which is no whole number
   std::vector<LaserReturn> behind_;
-  /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
-  alignas(64) std::array<LaserReturn, kVelodyneBlocks * kFirings + 1> scratch_;
+  alignas(64) std::array<LaserReturn, kVelodyneBlocks * kFirings + kWrittenAhead> scratch_;
 };
 
 }  // namespace hueline::drivers
