@@ -1,5 +1,4 @@
-// Angles for vectors, the same bits on every machine: what is computed with doubles has the operations of
-// core/portable_math.hpp in their order.
+// Angles for vectors, the same bits on every machine.
 // The files that include this are compiled once for each instruction set, and include it once for each.
 #if defined(HUELINE_DRIVERS_PORTABLE_VECTORS) == defined(HWY_TARGET_TOGGLE)
 #ifdef HUELINE_DRIVERS_PORTABLE_VECTORS
@@ -27,40 +26,6 @@ using Doubles = hn::Vec<DoubleTag>;
 constexpr float kLargestAzimuth = 6.2831850f;  ///< the largest float below 2 pi
 
 HWY_INLINE Doubles double_of(double value) { return hn::Set(DoubleTag(), value); }
-
-/// Computes the sine and the cosine of angles up to a million, rad.
-HWY_INLINE void sine_cosine(Doubles angle, Doubles& sine, Doubles& cosine) {
-  const auto add = [](auto a, auto b) { return hn::Add(a, b); };
-  const auto sub = [](auto a, auto b) { return hn::Sub(a, b); };
-  const auto mul = [](auto a, auto b) { return hn::Mul(a, b); };
-  const auto one = double_of(1), half = double_of(0.5);
-  // An angle of -pi/4 to pi/4 as a sum, and the quarters of a turn before it.
-  const auto quarters = hn::Round(hn::Div(angle, double_of(0x1.921fb544p+0)));
-  const auto first = sub(angle, mul(quarters, double_of(0x1.921fb544p+0)));
-  const auto second = mul(quarters, double_of(0x1.0b4611a6p-34));
-  const auto x = sub(first, second);
-  const auto rest = sub(sub(sub(first, x), second), mul(quarters, double_of(0x1.3198a2e037073p-69)));
-
-  const auto q = mul(x, x);
-  auto sum = double_of(1 / 355687428096000.0);
-  for (const double term :
-       {-1 / 1307674368000.0, 1 / 6227020800.0, -1 / 39916800.0, 1 / 362880.0, -1 / 5040.0, 1 / 120.0, -1 / 6.0})
-    sum = add(double_of(term), mul(q, sum));
-  const auto sine_of_rest = add(x, add(mul(mul(x, q), sum), mul(rest, sub(one, mul(half, q)))));
-  sum = double_of(-(1 / 6402373705728000.0));
-  for (const double term :
-       {1 / 20922789888000.0, -1 / 87178291200.0, 1 / 479001600.0, -1 / 3628800.0, 1 / 40320.0, -1 / 720.0, 1 / 24.0})
-    sum = add(double_of(term), mul(q, sum));
-  const auto half_square = mul(half, q), most = sub(one, half_square);
-  const auto cosine_of_rest = add(most, add(sub(sub(one, most), half_square), sub(mul(mul(q, q), sum), mul(x, rest))));
-
-  const auto pairs = hn::Floor(mul(half, quarters)), twos = mul(half, pairs);
-  const auto is_odd = hn::Ne(mul(half, quarters), pairs), is_behind = hn::Ne(twos, hn::Floor(twos));
-  const auto sine_size = hn::IfThenElse(is_odd, cosine_of_rest, sine_of_rest);
-  const auto cosine_size = hn::IfThenElse(is_odd, sine_of_rest, cosine_of_rest);
-  sine = hn::IfThenElse(is_behind, hn::Neg(sine_size), sine_size);
-  cosine = hn::IfThenElse(hn::Xor(is_odd, is_behind), hn::Neg(cosine_size), cosine_size);
-}
 
 /// Returns the angles of directions from the x axis to the y axis, 0 to 2 pi, of finite numbers. Of no direction it is
 /// 0. The largest error is 5e-7 rad, which is what a float near 2 pi resolves.
@@ -92,9 +57,22 @@ HWY_INLINE Floats azimuth_of(Floats y, Floats x) {
 HWY_INLINE void look_up_directions(const AzimuthDirection* directions, Ints hundredths, Floats& sine, Floats& cosine) {
   static_assert(sizeof(AzimuthDirection) == 2 * sizeof(float));
   const FloatTag d;
+#if HWY_ARCH_X86 && HWY_MAX_BYTES == 64
+  // Both are read together. A number of 64 bits is the index of one, with zeros in its upper half.
+  const hn::FixedTag<std::int64_t, kLanes / 2> wide;
+  const hn::Half<IntTag> half;
+  const auto pairs = [&](auto at) {
+    return hn::BitCast(
+        d, hn::GatherIndex(wide, reinterpret_cast<const std::int64_t*>(directions), hn::PromoteTo(wide, at)));
+  };
+  const auto low = pairs(hn::LowerHalf(half, hundredths)), high = pairs(hn::UpperHalf(half, hundredths));
+  sine = hn::ConcatEven(d, high, low);
+  cosine = hn::ConcatOdd(d, high, low);
+#else
   const auto at = hn::Add(hundredths, hundredths);
   sine = hn::GatherIndex(d, &directions->sine, at);
   cosine = hn::GatherIndex(d, &directions->sine, hn::Add(at, hn::Set(IntTag(), 1)));
+#endif
 }
 
 /// Returns the nearest whole numbers, halves away from zero, as std::lround() does.

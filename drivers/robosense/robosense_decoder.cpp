@@ -32,7 +32,7 @@ bool has_flag(std::span<const std::byte> bytes, std::size_t block) {
 }
 
 double in_turn(double angle) {
-  const double out = std::fmod(angle, kTurn);
+  const double out = std::abs(angle) < kTurn ? angle : std::fmod(angle, kTurn);
   return out < 0 ? out + kTurn : out;
 }
 
@@ -126,7 +126,7 @@ void RobosenseDecoder::decode(const Packet& packet, std::vector<Measurement>& ou
          fmt::format("{} of {} blocks have a wrong flag or azimuth", bad_bytes / kBlockBytes, kRobosenseBlocks), out);
   }
   counts_.decoded_bytes += bytes.size() - bad_bytes;
-  ++counts_.messages[is_dual(bytes) ? "points dual" : "points"];
+  points_.add(counts_, is_dual(bytes) ? "points dual" : "points");
   out.push_back(std::move(batch));
 }
 
@@ -164,7 +164,7 @@ void RobosenseDecoder::decode_solid(const Packet& packet, const RobosenseSolidPa
   decode_robosense_solid_points(packet.bytes.bytes(), data, config_.min_range_m, config_.max_range_m.value_or(1e9),
                                 batch.returns);
   counts_.decoded_bytes += packet.bytes.size();
-  ++counts_.messages[data.is_dual ? "points dual" : "points"];
+  points_.add(counts_, data.is_dual ? "points dual" : "points");
   out.push_back(std::move(batch));
 }
 
@@ -331,28 +331,36 @@ void RobosenseDecoder::tell_clock(const Packet& packet, UnixTime stamp, const La
 }
 
 /// Returns azimuth, step and time of each block. A block without its flag or azimuth has those of the block before.
-std::vector<RobosenseBlock> RobosenseDecoder::blocks_of(std::span<const std::byte> bytes) const {
+std::array<RobosenseBlock, kRobosenseBlocks> RobosenseDecoder::blocks_of(std::span<const std::byte> bytes) const {
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
   const std::size_t together = has_both && !is_twice ? 2 : 1;  // blocks of one firing
   const double firings = is_twice && !has_both ? 2 : 1;        // in a block
   const double nominal = kTurn * description_.revolutions_hz * table_->firing_period_us * 1e-6;
-  std::vector<RobosenseBlock> out(kRobosenseBlocks);
-  const auto azimuth = [&](std::size_t block) {
-    return robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2) * 0.01 / 180 * std::numbers::pi;
-  };
+  const auto& directions = azimuth_directions();
+  std::array<RobosenseBlock, kRobosenseBlocks> out;
+  std::array<double, kRobosenseBlocks> azimuths;
+  for (std::size_t block = 0; block < kRobosenseBlocks; ++block) {
+    const unsigned hundredths = robosense_u16(bytes, kHeadBytes + block * kBlockBytes + 2);
+    azimuths[block] = hundredths * 0.01 / 180 * std::numbers::pi;
+    out[block].direction = directions[hundredths % kAzimuthsOfCircle];
+  }
   double time_us = 0, last_step = nominal * firings;
   bool has_gap = false;
   for (std::size_t block = 0; block < kRobosenseBlocks; block += together) {
     double step = last_step, period_us = table_->firing_period_us * firings;
     if (block + together < kRobosenseBlocks) {
-      const double turned = in_turn(azimuth(block + together) - azimuth(block));
+      const double turned = in_turn(azimuths[block + together] - azimuths[block]);
       if (turned <= kLargestStep) {
         step = last_step = turned;
       } else if (!std::exchange(has_gap, true)) {  // the window ended, and began again: once in a packet at most
         period_us = turned / (kTurn * description_.revolutions_hz) * 1e6;
       }
     }
-    for (std::size_t i = block; i < block + together; ++i) out[i] = {azimuth(block), step / firings, time_us};
+    for (std::size_t i = block; i < block + together; ++i) {
+      out[i].azimuth = azimuths[block];
+      out[i].step = step / firings;
+      out[i].time_us = time_us;
+    }
     time_us += period_us;
   }
   return out;
@@ -360,7 +368,7 @@ std::vector<RobosenseBlock> RobosenseDecoder::blocks_of(std::span<const std::byt
 
 /// Replaces the returns by those of the packet. Returns the number of blocks that cannot be used.
 std::size_t RobosenseDecoder::decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out) {
-  const std::vector<RobosenseBlock> blocks = blocks_of(bytes);
+  const auto blocks = blocks_of(bytes);
   const bool is_twice = table_->beams == 16, has_both = is_dual(bytes);
   const std::size_t together = has_both && !is_twice ? 2 : 1;
   const auto is_usable = [&](std::size_t block) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "core/decoder.hpp"
 #include "core/keys.hpp"
 #include "drivers/arrival_watch.hpp"
+#include "drivers/message_counter.hpp"
 #include "drivers/robosense/robosense_kernel.hpp"
 #include "drivers/robosense/robosense_solid.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
@@ -85,7 +87,7 @@ class RobosenseDecoder final : public Decoder {
   void tell_gap(const Packet& packet, nanoseconds since, std::vector<Measurement>& out);
   void tell_clock(const Packet& packet, UnixTime stamp, const LaserTime& time, std::vector<Measurement>& out);
   std::size_t decode_points(std::span<const std::byte> bytes, std::vector<LaserReturn>& out);
-  std::vector<RobosenseBlock> blocks_of(std::span<const std::byte> bytes) const;
+  std::array<RobosenseBlock, kRobosenseBlocks> blocks_of(std::span<const std::byte> bytes) const;
   bool is_dual(std::span<const std::byte> bytes) const;
   double packet_us(std::span<const std::byte> bytes) const;
 
@@ -99,6 +101,7 @@ class RobosenseDecoder final : public Decoder {
   RobosenseDescription description_;
   std::optional<RobosenseKernel> kernel_;  ///< of the table and the description
   DecodeCounts counts_;
+  MessageCounter points_;  ///< of the packets of points
   bool is_waiting_told_ = false;
   std::optional<Previous> previous_;
   ArrivalWatch arrivals_;

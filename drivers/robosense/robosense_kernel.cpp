@@ -33,9 +33,7 @@ HWY_INLINE void fill_directions(const RobosenseBlock& block, const RobosenseKern
   const FloatTag d;
   const auto set = [&](double value) { return hn::Set(d, static_cast<float>(value)); };
   const auto mul = [](auto a, auto b) { return hn::Mul(a, b); };
-  auto sine = double_of(0), cosine = sine;
-  sine_cosine(double_of(block.azimuth), sine, cosine);
-  const auto sin_block = set(hn::GetLane(sine)), cos_block = set(hn::GetLane(cosine));
+  const auto sin_block = hn::Set(d, block.direction.sine), cos_block = hn::Set(d, block.direction.cosine);
   const auto to_side = set(units.is_reversed ? -1 : 1), radius = set(units.lens_radius_m);
   for (std::size_t c = 0; c < count; c += kLanes) {
     const auto load = [&](const RobosenseKernel::Floats& table) { return hn::Load(d, table.data() + c); };
@@ -56,14 +54,17 @@ HWY_INLINE void fill_directions(const RobosenseBlock& block, const RobosenseKern
   }
   const DoubleTag wide;
   const auto turn = double_of(2 * std::numbers::pi), zero = hn::Zero(wide);
+  const double aside = units.most_aside + block.step * units.most_after;
+  const bool is_within = !units.is_reversed && block.azimuth > aside && block.azimuth < 2 * std::numbers::pi - aside;
   for (std::size_t c = 0; c < count; c += kDoubles) {
     const auto load = [&](const RobosenseKernel::Doubles& table) { return hn::Load(wide, table.data() + c); };
     const auto since = hn::Mul(double_of(block.step), load(channels.after));
     const auto azimuth = hn::Add(hn::Add(double_of(block.azimuth), since), load(channels.azimuth));
     auto within = units.is_reversed ? hn::Neg(azimuth) : azimuth;
-    // Less than two turns either way.
-    within = hn::Sub(within, hn::IfThenElseZero(hn::Ge(within, turn), turn));
-    for (int i = 0; i < 2; ++i) within = hn::Add(within, hn::IfThenElseZero(hn::Lt(within, zero), turn));
+    if (!is_within) {  // less than two turns either way
+      within = hn::Sub(within, hn::IfThenElseZero(hn::Ge(within, turn), turn));
+      for (int i = 0; i < 2; ++i) within = hn::Add(within, hn::IfThenElseZero(hn::Lt(within, zero), turn));
+    }
     store_floats(within, out.azimuth.data() + c);
     const auto time_us = hn::Add(double_of(block.time_us), load(channels.after_us));
     store_integers(rounded(hn::Mul(time_us, double_of(1e3))), out.time_ns.data() + c);
@@ -127,7 +128,7 @@ HWY_INLINE LaserReturn* decode_firings(const RobosenseKernel::Firings& firings, 
   }
 }
 
-/// Replaces `returns` by those of the firings. `scratch` has room for one more.
+/// Replaces `returns` by those of the firings. `scratch` has room for kWrittenAhead more.
 void decode_robosense_firings(std::span<const RobosenseKernel::Firings> all, const RobosenseKernel::Units& units,
                               const RobosenseKernel::Channels& channels, LaserReturn* scratch,
                               std::vector<LaserReturn>& returns) {
@@ -169,6 +170,8 @@ RobosenseKernel::RobosenseKernel(const RobosenseTable& table, const RobosenseDes
   units_.lens_radius_m = table.lens_radius_m;
   units_.lens_height = static_cast<float>(table.lens_height_m);
   units_.is_reversed = description.is_reversed;
+  for (const double azimuth : channels_.azimuth) units_.most_aside = std::max(units_.most_aside, std::abs(azimuth));
+  for (const double after : channels_.after) units_.most_after = std::max(units_.most_after, after);
   // A range of 0 and one of 0xFFFF mean that there is none.
   const auto is_kept = [&](std::uint32_t range) {
     const double metres = range_unit_m * range;

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "core/measurements.hpp"
+#include "drivers/azimuth_directions.hpp"
 #include "drivers/robosense/robosense_wire.hpp"
+#include "drivers/written_ahead.hpp"
 
 namespace hueline::drivers {
 
@@ -15,6 +17,7 @@ namespace hueline::drivers {
 struct RobosenseBlock {
   double azimuth = 0, step = 0;  ///< rad; the step is what the scanner turns in one firing period
   double time_us = 0;            ///< after the packet's
+  AzimuthDirection direction{};  ///< of `azimuth`
 };
 
 /// Computes the returns of blocks of a scanner that rotates, many firings at a time. It does not deal with faults or
@@ -36,6 +39,8 @@ class RobosenseKernel {
     double lens_radius_m;
     float range_step, lens_height;  ///< m; a step is one unit of the ranges
     bool is_reversed;
+    /// How far a firing's azimuth is from its block's at most, rad, and the latest firing, in periods.
+    double most_aside, most_after;
     std::uint32_t nearest, count;  ///< the smallest range that is kept, and how many from there on, in units
   };
   /// Firings whose returns are wanted: `first` and, with two returns, `second` are the first of their units. Four bytes
@@ -55,8 +60,7 @@ class RobosenseKernel {
  private:
   Channels channels_{};
   Units units_{};
-  /// It has room for one more return than a packet, because a return is written before it is known whether it is kept.
-  alignas(64) std::array<LaserReturn, kRobosenseBlocks * kChannels + 1> scratch_;
+  alignas(64) std::array<LaserReturn, kRobosenseBlocks * kChannels + kWrittenAhead> scratch_;
 };
 
 }  // namespace hueline::drivers

@@ -106,10 +106,11 @@ TEST(RobosenseKernel, MakesTheReturnsOfAPlainComputation) {
             units[unit_at + 2] = static_cast<std::byte>(random.below(256));
           }
           RobosenseBlock times;
-          times.azimuth =
-              (random.one_in(4) ? 35990 + random.below(10) : random.below(36'000)) * 0.01 / 180 * std::numbers::pi;
+          unsigned hundredths = random.one_in(4) ? 35990 + random.below(10) : random.below(36'000);
           times.step = random.below(100) * 0.01 / 180 * std::numbers::pi;
-          if (random.one_in(4)) times.azimuth = times.step = 0;
+          if (random.one_in(4)) hundredths = 0, times.step = 0;
+          times.azimuth = hundredths * 0.01 / 180 * std::numbers::pi;
+          times.direction = azimuth_directions()[hundredths];
           times.time_us = 55.5 * static_cast<double>(block) + 0.001 * random.below(100'000);
           all.push_back({times, units, is_dual ? units + (is_twice ? 48 : 96) : nullptr,
                          is_dual && is_twice ? 16 : RobosenseKernel::kChannels});
