@@ -12,12 +12,14 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <vector>
 
 #include "drivers/livox/livox_kernel.hpp"
 #include "drivers/portable_vectors-inl.hpp"
 #include "drivers/write_returns-inl.hpp"
+#include "drivers/written_ahead.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
@@ -47,23 +49,47 @@ struct LivoxEcho {
   }
 };
 
+/// Reads return `which` of one firing after the other.
+HWY_INLINE void read_one_by_one(const LivoxForm& form, const std::byte* firing, std::size_t count, std::size_t which,
+                                std::int32_t (*out)[4]) {
+  for (std::size_t k = 0; k < count; ++k, firing += form.point_bytes) {
+    const LivoxReturn one = read_livox_return(form, firing, which);
+    for (std::size_t i = 0; i < 3; ++i) out[k][i] = one.said[i];
+    out[k][3] = one.reflectivity;
+  }
+}
+
 HWY_INLINE void read_firings(const LivoxPacket& packet, std::size_t first, std::size_t count, std::size_t which,
                              LivoxSaid& out) {
   const LivoxForm& form = *packet.form;
-  if (form.is_spherical || form.is_short) {
-    for (std::size_t k = 0; k < count; ++k) {
-      const LivoxReturn one = read_livox_return(form, packet.data.data() + (first + k) * form.point_bytes, which);
-      for (std::size_t i = 0; i < 3; ++i) out.words[k][i] = one.said[i];
-      out.words[k][3] = one.reflectivity;
+  const std::byte* firing = packet.data.data() + first * form.point_bytes;
+  std::size_t k = 0;
+#if HWY_TARGET != HWY_SCALAR
+  const hn::FixedTag<std::uint8_t, 16> bytes;
+  const hn::FixedTag<std::int32_t, 4> words;
+  // Where the bytes of the four words are. Words of 16 bits come to the upper halves, and are shifted with their sign.
+  constexpr std::uint8_t kNo = 0x80;
+  alignas(16) constexpr std::uint8_t kCartesian[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, kNo, kNo, kNo};
+  alignas(16) constexpr std::uint8_t kShort[16] = {kNo, kNo, 0, 1, kNo, kNo, 2, 3, kNo, kNo, 4, 5, kNo, kNo, 6, kNo};
+  alignas(16) constexpr std::uint8_t kSpherical[16] = {0, 1, 2, 3, 4, 5, kNo, kNo, 6, 7, kNo, kNo, 8, kNo, kNo, kNo};
+  const auto places = hn::Load(bytes, form.is_spherical ? kSpherical : form.is_short ? kShort : kCartesian);
+  const std::size_t own = which * 14;  // of a firing with several returns, whose direction is not shared
+  const std::size_t rest = packet.data.size() - first * form.point_bytes;
+  const auto read = [&](const auto& finish) {
+    // Behind the last firings there may be no 16 bytes.
+    for (; k < count && k * form.point_bytes + own + 16 <= rest; ++k, firing += form.point_bytes) {
+      const auto said = hn::LoadU(bytes, reinterpret_cast<const std::uint8_t*>(firing + own));
+      hn::Store(finish(hn::BitCast(words, hn::TableLookupBytesOr0(said, places))), words, out.words[k]);
     }
-  } else {
-    // The words stand in the packet as they are wanted. Behind the last firing there may be no more than its own bytes.
-    const std::byte* firing = packet.data.data() + first * form.point_bytes + which * 14;
-    for (std::size_t k = 0; k + 1 < count; ++k, firing += form.point_bytes)
-      std::memcpy(out.words[k], firing, sizeof out.words[k]);
-    std::memcpy(out.words[count - 1], firing, 13);
-  }
-  for (std::size_t k = count; k % kLanes != 0; ++k) std::memset(out.words[k], 0, sizeof out.words[k]);
+  };
+  const bool is_shared = form.is_spherical && form.returns > 1;
+  if (form.is_short)
+    read([](auto said) { return hn::ShiftRight<16>(said); });
+  else if (!is_shared)
+    read([](auto said) { return said; });
+#endif
+  read_one_by_one(form, firing, count - k, which, out.words + k);
+  for (k = count; k % kLanes != 0; ++k) std::memset(out.words[k], 0, sizeof out.words[k]);
 }
 
 /// Places the returns of kLanes firings from `at` on.
@@ -128,7 +154,7 @@ HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], const std::i
     const auto is_within = hn::And(hn::Ge(range, hn::Set(d, nearest_m)), hn::Le(range, hn::Set(d, farthest_m)));
     const auto is_kept = hn::RebindMask(bits, hn::And(is_within, hn::Gt(range, zero)));
     return use(is_kept, echo.word(kX), echo.word(kY), echo.word(kZ), echo.word(kRange), echo.word(kAzimuth),
-               hn::BitCast(bits, hn::Load(IntTag(), time_ns)),
+               hn::BitCast(bits, hn::LoadU(IntTag(), time_ns)),
                hn::Or(hn::ShiftLeft<16>(echo.word(kReflectivity)), hn::Set(bits, tags_of(0, 0, number))));
   };
   if constexpr (kReturns == 1) {
@@ -157,18 +183,21 @@ HWY_INLINE LaserReturn* write_echoes(LivoxEcho (&echoes)[kReturns], const std::i
   }
 }
 
+/// Fills the times of firings, as many as there is room for, which is a multiple of 16.
+void fill_livox_times(double interval_ns, std::span<std::int32_t> time_ns) {
+  for (std::size_t k = 0; k < time_ns.size(); k += kDoubles) {
+    const auto number = hn::Iota(DoubleTag(), static_cast<double>(k));
+    store_integers(rounded(hn::Mul(double_of(interval_ns), number)), time_ns.data() + k);
+  }
+}
+
 template <std::size_t kReturns>
-HWY_INLINE LaserReturn* decode_points(const LivoxPacket& packet, const AzimuthDirection* directions, double interval_ns,
-                                      float nearest_m, float farthest_m, LaserReturn* out) {
-  const DoubleTag d;
+HWY_INLINE LaserReturn* decode_points(const LivoxPacket& packet, const AzimuthDirection* directions,
+                                      const std::int32_t* time_ns, float nearest_m, float farthest_m,
+                                      LaserReturn* out) {
   LivoxSaid said[kReturns];
-  alignas(64) std::int32_t time_ns[kTogether];
-  for (std::size_t first = 0; first < packet.points; first += kTogether) {
+  for (std::size_t first = 0; first < packet.points; first += kTogether, time_ns += kTogether) {
     const std::size_t count = std::min(kTogether, packet.points - first);
-    for (std::size_t k = 0; k < count; k += kDoubles) {
-      const auto number = hn::Iota(d, static_cast<double>(first + k));
-      store_integers(rounded(hn::Mul(double_of(interval_ns), number)), time_ns + k);
-    }
     for (std::size_t which = 0; which < kReturns; ++which) read_firings(packet, first, count, which, said[which]);
     for (std::size_t k = 0; k < count; k += kLanes) {
       LivoxEcho echoes[kReturns];
@@ -180,11 +209,11 @@ HWY_INLINE LaserReturn* decode_points(const LivoxPacket& packet, const AzimuthDi
   return out;
 }
 
-/// Replaces `returns` by those of the packet. `scratch` has room for one more.
-void decode_livox_points(const LivoxPacket& packet, const AzimuthDirection* directions, double interval_ns,
+/// Replaces `returns` by those of the packet. `scratch` has room for kWrittenAhead more.
+void decode_livox_points(const LivoxPacket& packet, const AzimuthDirection* directions, const std::int32_t* time_ns,
                          float nearest_m, float farthest_m, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
   const auto decode = [&](auto count) {
-    return decode_points<count.value>(packet, directions, interval_ns, nearest_m, farthest_m, scratch);
+    return decode_points<count.value>(packet, directions, time_ns, nearest_m, farthest_m, scratch);
   };
   LaserReturn* out = packet.form->returns == 1   ? decode(std::integral_constant<std::size_t, 1>())
                      : packet.form->returns == 2 ? decode(std::integral_constant<std::size_t, 2>())
@@ -198,6 +227,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hueline::drivers {
 HWY_EXPORT(decode_livox_points);
+HWY_EXPORT(fill_livox_times);
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -213,11 +243,15 @@ LivoxKernel::LivoxKernel(double min_range_m, double max_range_m)
 }
 
 void LivoxKernel::decode(const LivoxPacket& packet, double interval_ns, std::vector<LaserReturn>& returns) {
-  // A return is written before it is known whether it is kept.
-  const std::size_t most = packet.points * packet.form->returns + 1;
+  const std::size_t most = packet.points * packet.form->returns + kWrittenAhead;
   if (scratch_.size() < most) scratch_.resize(most);
+  if (interval_ns != interval_ns_ || times_.size() < packet.points) {
+    interval_ns_ = interval_ns;
+    times_.resize(std::max(times_.size(), (packet.points + 15) / 16 * 16));
+    HWY_DYNAMIC_DISPATCH(fill_livox_times)(interval_ns, times_);
+  }
   HWY_DYNAMIC_DISPATCH(decode_livox_points)
-  (packet, azimuth_directions().data(), interval_ns, nearest_m_, farthest_m_, scratch_.data(), returns);
+  (packet, azimuth_directions().data(), times_.data(), nearest_m_, farthest_m_, scratch_.data(), returns);
 }
 
 }  // namespace hueline::drivers

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/measurements.hpp"
@@ -18,6 +19,8 @@ class LivoxKernel {
 
  private:
   float nearest_m_, farthest_m_;
+  double interval_ns_ = 0;           ///< of the latest packet
+  std::vector<std::int32_t> times_;  ///< of the firings of such a packet
   std::vector<LaserReturn> scratch_;
 };
 
