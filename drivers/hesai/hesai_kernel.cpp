@@ -22,31 +22,18 @@
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
 
-using HesaiWords = std::array<std::uint32_t, HesaiKernel::kMost>;
-
-/// Reads the units of a block: distance and reflectivity in the lower bytes. Behind the last channel are none.
-HWY_INLINE void load_units(const std::byte* bytes, const HesaiKernel::Units& units, HesaiWords& words) {
-  const WordTag d;
-  std::size_t c = 0;
-  if (units.bytes == 4)
-    for (; c + kLanes <= units.channels; c += kLanes)
-      hn::Store(hn::LoadU(d, reinterpret_cast<const std::uint32_t*>(bytes + 4 * c)), d, words.data() + c);
-  else
-    // Behind the blocks of each model there are more than the four bytes that may be read beyond the last unit.
-    for (; c + kLanes <= units.channels; c += kLanes) hn::Store(load_triples(bytes + 3 * c), d, words.data() + c);
-  for (; c < units.channels; ++c) {
-    words[c] = 0;
-    std::memcpy(&words[c], bytes + units.bytes * c, 3);
-  }
-  for (; c % kLanes != 0; ++c) words[c] = 0;
+/// Reads the units of kLanes channels from `at` on: distance and reflectivity in the lower bytes. Behind the last
+/// channel are none. Models with units of four bytes have a multiple of 16 channels. Behind the blocks of each model
+/// there are more than the four bytes that may be read beyond the last unit.
+HWY_INLINE Words load_units(const std::byte* bytes, const HesaiKernel::Units& units, std::size_t at) {
+  if (units.bytes == 4) return hn::LoadU(WordTag(), reinterpret_cast<const std::uint32_t*>(bytes + 4 * at));
+  return load_triples(bytes + 3 * at, units.channels - at);
 }
 
 /// Writes the returns of kLanes firings from channel `at` on, and returns the end.
 template <std::size_t kReturns>
 HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const HesaiKernel::Units& units,
-                                       const HesaiKernel::Channels& channels,
-                                       const std::array<HesaiWords, HesaiKernel::kMostReturns>& blocks, std::size_t at,
-                                       LaserReturn* out) {
+                                       const HesaiKernel::Channels& channels, std::size_t at, LaserReturn* out) {
   const FloatTag d;
   const IntTag whole;
   const WordTag bits;
@@ -58,17 +45,13 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
   const auto sin_own = load(channels.sin_azimuth), cos_own = load(channels.cos_azimuth);
   const auto sin_still = hn::Add(hn::Mul(sin_block, cos_own), hn::Mul(cos_block, sin_own));
   const auto cos_still = hn::Sub(hn::Mul(cos_block, cos_own), hn::Mul(sin_block, sin_own));
-  const auto& times = group.has_other_times ? channels.other_time_ns : channels.time_ns;
-  const auto own_time = hn::Load(whole, times.data() + at);
-  const auto time = hn::Add(hn::Set(whole, group.time_ns), own_time);
-  // The head turns by less than 3 degrees from the block's time to the firing: two terms of the series are enough.
-  const auto turn = hn::Mul(hn::ConvertTo(d, own_time), hn::Set(d, units.turn));
-  const auto square = hn::Mul(turn, turn);
-  const auto sin_turn = hn::Mul(turn, hn::Sub(hn::Set(d, 1.0f), hn::Mul(square, hn::Set(d, 1.0f / 6))));
-  const auto cos_turn = hn::Sub(hn::Set(d, 1.0f), hn::Mul(square, hn::Set(d, 0.5f)));
+  const auto time = hn::Add(hn::Set(whole, group.time_ns), hn::Load(whole, group.turns->time_ns.data() + at));
+  const auto sin_turn = load(group.turns->sine), cos_turn = load(group.turns->cosine);
   const auto sine = hn::Add(hn::Mul(sin_still, cos_turn), hn::Mul(cos_still, sin_turn));
   const auto cosine = hn::Sub(hn::Mul(cos_still, cos_turn), hn::Mul(sin_still, sin_turn));
-  const auto azimuth = in_circle(hn::Add(hn::Add(hn::Set(d, group.azimuth), load(channels.azimuth)), turn));
+  const auto still = hn::Add(hn::Set(d, group.azimuth), load(channels.azimuth));
+  const auto turned = hn::Add(still, load(group.turns->angle));
+  const auto azimuth = group.is_near_north ? in_circle(turned) : turned;
 
   // A distance that is too near becomes a large number, because words have no sign.
   const auto is_kept = [&](auto words) {
@@ -86,7 +69,7 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
   };
 
   const auto load_block = [&](std::size_t block) {
-    const auto words = hn::Load(bits, blocks[block].data() + at);
+    const auto words = load_units(group.units[block], units, at);
     return hn::IfThenZeroElse(hn::Lt(distance_of(words), hn::Set(bits, HesaiKernel::kLeastDistance)), words);
   };
   auto first = load_block(0);
@@ -133,24 +116,21 @@ HWY_INLINE LaserReturn* decode_firings(const HesaiKernel::Group& group, const He
 }
 
 template <std::size_t kReturns>
-HWY_INLINE LaserReturn* decode_group(const HesaiKernel::Group& group, const HesaiKernel::Units& units,
-                                     const HesaiKernel::Channels& channels, LaserReturn* out) {
-  alignas(64) std::array<HesaiWords, HesaiKernel::kMostReturns> blocks;
-  for (std::size_t i = 0; i < kReturns; ++i) load_units(group.units[i], units, blocks[i]);
-  for (std::size_t c = 0; c < units.channels; c += kLanes)
-    out = decode_firings<kReturns>(group, units, channels, blocks, c, out);
+HWY_INLINE LaserReturn* decode_all(std::span<const HesaiKernel::Group> groups, const HesaiKernel::Units& units,
+                                   const HesaiKernel::Channels& channels, LaserReturn* out) {
+  for (const HesaiKernel::Group& group : groups)
+    for (std::size_t c = 0; c < units.channels; c += kLanes)
+      out = decode_firings<kReturns>(group, units, channels, c, out);
   return out;
 }
 
-/// Replaces `returns` by those of the groups, whose firings have up to `most` returns. `scratch` has room for one more.
+/// Replaces `returns` by those of the groups, whose firings have up to `most` returns. `scratch` has room for
+/// kWrittenAhead more.
 void decode_groups(std::span<const HesaiKernel::Group> groups, int most, const HesaiKernel::Units& units,
                    const HesaiKernel::Channels& channels, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
-  LaserReturn* out = scratch;
-  for (const HesaiKernel::Group& group : groups)
-    out = most == 1   ? decode_group<1>(group, units, channels, out)
-          : most == 2 ? decode_group<2>(group, units, channels, out)
-                      : decode_group<3>(group, units, channels, out);
-  returns.assign(scratch, out);
+  returns.assign(scratch, most == 1   ? decode_all<1>(groups, units, channels, scratch)
+                          : most == 2 ? decode_all<2>(groups, units, channels, scratch)
+                                      : decode_all<3>(groups, units, channels, scratch));
 }
 
 }  // namespace hueline::drivers::HWY_NAMESPACE
@@ -161,6 +141,9 @@ namespace hueline::drivers {
 HWY_EXPORT(decode_groups);
 namespace {
 
+/// Between the time of a block and a firing the head turns less far, rad.
+constexpr float kMostTurn = 0.06f;
+
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8U; }
 
 }  // namespace
@@ -169,7 +152,7 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     : table_(hesai_table(config.model)),
       min_range_m_(config.min_range_m),
       max_range_m_(config.max_range_m.value_or(1e9)),
-      scratch_(table_.beams.size() * static_cast<std::size_t>(table_.blocks) + 1) {
+      scratch_(table_.beams.size() * static_cast<std::size_t>(table_.blocks) + kWrittenAhead) {
   const auto beam = [&](std::size_t c) {
     if (config.elevations_deg.empty()) return table_.beams[c];
     return HesaiBeam{config.elevations_deg[c], config.azimuths_deg[c]};
@@ -184,66 +167,81 @@ HesaiKernel::HesaiKernel(const HesaiDecoder::Config& config)
     channels_.sin_azimuth[c] = static_cast<float>(portable::sin(azimuth));
     channels_.cos_azimuth[c] = static_cast<float>(portable::cos(azimuth));
     channels_.azimuth[c] = static_cast<float>(azimuth);
-    channels_.time_ns[c] = table_.times[c];
-    channels_.other_time_ns[c] = !table_.times_of_second.empty()         ? table_.times_of_second[c]
-                                 : table_.times[c] >= table_.fine_period ? table_.times[c] - table_.fine_period
-                                                                         : table_.times[c];
     channels_.ring[c] = ring;
+    turns_.time_ns[c] = table_.times[c];
+    other_turns_.time_ns[c] = !table_.times_of_second.empty()         ? table_.times_of_second[c]
+                              : table_.times[c] >= table_.fine_period ? table_.times[c] - table_.fine_period
+                                                                      : table_.times[c];
+    most_aside_ = std::max(most_aside_, std::abs(channels_.azimuth[c]));
   }
+  for (Turns* turns : {&turns_, &other_turns_})
+    turns->first_ns = *std::min_element(turns->time_ns.begin(), turns->time_ns.begin() + table_.channels());
+  units_.channels = table_.beams.size();
+  units_.bytes = table_.unit;
 }
 
-/// Returns the time of a block after the packet's time. The blocks of the same firings have the same.
-std::int32_t HesaiKernel::block_ns(int block, const HesaiPacket& packet) const {
-  const std::int32_t period = packet.is_fine ? table_.fine_period : table_.block_period;
-  if (table_.first_block != 0) return table_.first_block + period * (block / packet.returns);
-  return table_.last_block - period * ((table_.blocks - block - 1) / packet.returns);
+/// Fills what depends on the packet's step of the distances and on its speed of the head, if it has changed.
+void HesaiKernel::follow(const HesaiPacket& packet) {
+  if (packet.range_step_m != step_m_) {
+    step_m_ = packet.range_step_m;
+    units_.range_step = static_cast<float>(step_m_);
+    const auto [nearest, count] = range_steps(min_range_m_, max_range_m_, step_m_);
+    units_.nearest = nearest;
+    units_.count = count;
+  }
+  if (packet.turns_per_min == turns_per_min_) return;
+  turns_per_min_ = packet.turns_per_min;
+  const auto rad_per_ns = static_cast<float>(turns_per_min_ * (2 * std::numbers::pi / 60e9));
+  for (Turns* turns : {&turns_, &other_turns_})
+    for (std::size_t c = 0; c < units_.channels; ++c) {
+      // The head turns by less than kMostTurn from the block's time to the firing: two terms of the series are enough.
+      const float turn = static_cast<float>(turns->time_ns[c]) * rad_per_ns, square = turn * turn;
+      turns->angle[c] = turn;
+      turns->sine[c] = turn * (1.0f - square * (1.0f / 6));
+      turns->cosine[c] = 1.0f - square * 0.5f;
+    }
 }
 
 HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPacket& packet,
                                 std::vector<LaserReturn>& returns) {
+  follow(packet);
   const auto& directions = azimuth_directions();
-  Units units{};
-  units.channels = table_.beams.size();
-  units.bytes = table_.unit;
-  units.range_step = static_cast<float>(packet.range_step_m);
-  units.turn = static_cast<float>(packet.turns_per_min * (2 * std::numbers::pi / 60e9));
-  const auto [nearest, steps] = range_steps(min_range_m_, max_range_m_, packet.range_step_m);
-  units.nearest = nearest;
-  units.count = steps;
-
+  const std::int32_t period = packet.is_fine ? table_.fine_period : table_.block_period;
+  const int groups = table_.blocks / packet.returns;
+  std::int32_t since_first = table_.first_block != 0 ? table_.first_block : table_.last_block - period * (groups - 1);
   HesaiBlocks result;
-  const auto& times = packet.is_fine ? channels_.other_time_ns : channels_.time_ns;
-  const auto shortest = *std::min_element(times.begin(), times.begin() + table_.channels());
-  const std::int32_t first_ns = block_ns(0, packet) + shortest;
+  const std::int32_t first_ns = since_first + (packet.is_fine ? other_turns_ : turns_).first_ns;
   result.first_firing = nanoseconds(first_ns);
-  std::array<Group, kMostBlocks> groups;
+  since_first -= first_ns;
+
+  std::array<Group, kMostBlocks> wanted;
   std::size_t count = 0;
-  for (int b = 0; b < table_.blocks; b += packet.returns) {
-    const std::byte* first = bytes.data() + table_.head + table_.block_bytes() * static_cast<std::size_t>(b);
-    const auto azimuth = static_cast<int>(u16(first + table_.flag));
-    bool is_good = azimuth < kAzimuthsOfCircle;
-    for (int i = 0; i < packet.returns; ++i) {
-      const std::byte* block = first + table_.block_bytes() * static_cast<std::size_t>(i);
-      is_good &= std::memcmp(block, first, table_.flag + 2) == 0;
+  const std::byte* block = bytes.data() + table_.head;
+  for (int g = 0; g < groups; ++g, since_first += period) {
+    Group& group = wanted[count];
+    group.units = {};
+    const unsigned azimuth = u16(block + table_.flag);
+    bool is_good = azimuth < static_cast<unsigned>(kAzimuthsOfCircle);
+    for (int i = 0; i < packet.returns; ++i, block += table_.block_bytes()) {
+      is_good &= u16(block + table_.flag) == azimuth;
       is_good &= table_.flag == 0 || u16(block) == 0xEEFF;
+      group.units[static_cast<std::size_t>(i)] = block + table_.flag + 2;
     }
     if (!is_good) {
       result.malformed += packet.returns;
       continue;
     }
-    const bool is_second = !table_.times_of_second.empty() && (packet.returns == 1 ? b % 2 != 0 : packet.is_second);
-    Group& group = groups[count++];
-    group.units = {};
-    for (int i = 0; i < packet.returns; ++i)
-      group.units[static_cast<std::size_t>(i)] =
-          first + table_.block_bytes() * static_cast<std::size_t>(i) + table_.flag + 2;
+    const bool is_second = !table_.times_of_second.empty() && (packet.returns == 1 ? g % 2 != 0 : packet.is_second);
+    group.turns = is_second || packet.is_fine ? &other_turns_ : &turns_;
     group.azimuth = static_cast<float>(azimuth) * kAzimuthStep;
-    group.direction = directions[static_cast<std::size_t>(azimuth)];
-    group.time_ns = block_ns(b, packet) - first_ns;
-    group.has_other_times = is_second || packet.is_fine;
+    const float aside = most_aside_ + kMostTurn;
+    group.is_near_north = group.azimuth < aside || group.azimuth > 2 * std::numbers::pi_v<float> - aside;
+    group.direction = directions[azimuth];
+    group.time_ns = since_first;
+    ++count;
   }
   HWY_DYNAMIC_DISPATCH(decode_groups)
-  ({groups.data(), count}, packet.returns, units, channels_, scratch_.data(), returns);
+  ({wanted.data(), count}, packet.returns, units_, channels_, scratch_.data(), returns);
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include "core/measurements.hpp"
 #include "drivers/azimuth_directions.hpp"
 #include "drivers/hesai/hesai_decoder.hpp"
+#include "drivers/written_ahead.hpp"
 
 namespace hueline::drivers {
 
@@ -36,33 +37,41 @@ class HesaiKernel {
   /// Constants of each channel.
   struct Channels {
     alignas(64) Floats sin_elevation, cos_elevation, sin_azimuth, cos_azimuth, azimuth;
-    alignas(64) std::array<std::int32_t, kMost> time_ns;
-    /// Those of every second block, or in high resolution; a model has one of them at most.
-    alignas(64) std::array<std::int32_t, kMost> other_time_ns;
     alignas(64) std::array<std::uint32_t, kMost> ring;
+  };
+  /// When each channel fires after its block's time, and what the head has turned then.
+  struct Turns {
+    alignas(64) std::array<std::int32_t, kMost> time_ns;
+    alignas(64) Floats angle, sine, cosine;  ///< rad
+    std::int32_t first_ns;                   ///< of the channel that fires first
   };
   /// How the units of a packet become returns.
   struct Units {
     std::size_t channels, bytes;  ///< number of channels, bytes of a unit
     float range_step;
-    float turn;                    ///< of the head, rad/ns
     std::uint32_t nearest, count;  ///< the smallest distance that is kept, and how many from there on, in steps
   };
   /// The blocks of the same firings.
   struct Group {
     std::array<const std::byte*, kMostReturns> units;  ///< of each block; nullptr behind the last
-    float azimuth;                                     ///< rad
+    const Turns* turns;
+    float azimuth;       ///< rad
+    bool is_near_north;  ///< so that the azimuth of a firing may be on the other side of 0
     AzimuthDirection direction;
     std::int32_t time_ns;
-    bool has_other_times;
   };
 
  private:
-  std::int32_t block_ns(int block, const HesaiPacket& packet) const;
+  void follow(const HesaiPacket& packet);
 
   const HesaiTable& table_;
   double min_range_m_, max_range_m_;
   Channels channels_{};
+  /// The other ones are those of every second block, or in high resolution; a model has one of them at most.
+  Turns turns_{}, other_turns_{};
+  float most_aside_ = 0;  ///< of the beams' azimuths, rad
+  Units units_{};
+  double step_m_ = -1, turns_per_min_ = -1;  ///< those of the latest packet
   std::vector<LaserReturn> scratch_;
 };
 

@@ -17,6 +17,7 @@
 #include "core/portable_math.hpp"
 #include "drivers/ouster/ouster_kernel.hpp"
 #include "drivers/write_returns-inl.hpp"
+#include "drivers/written_ahead.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hueline::drivers::HWY_NAMESPACE {
@@ -131,7 +132,7 @@ HWY_INLINE LaserReturn* decode_pixels(const OusterKernel::Column& column, const 
   }
 }
 
-/// Replaces `returns` by those of the columns. `scratch` has room for one more.
+/// Replaces `returns` by those of the columns. `scratch` has room for kWrittenAhead more.
 void decode_columns(std::span<const OusterKernel::Column> columns, const OusterKernel::Pixels& pixels,
                     const OusterKernel::Beams& beams, LaserReturn* scratch, std::vector<LaserReturn>& returns) {
   LaserReturn* out = scratch;
@@ -169,7 +170,7 @@ double whole_turn(double angle) {
 OusterKernel::OusterKernel(const OusterMetadata& metadata, double min_range_m, double max_range_m)
     : metadata_(metadata),
       scratch_(2 * static_cast<std::size_t>(metadata.channels) * static_cast<std::size_t>(metadata.columns_per_packet) +
-               1) {
+               kWrittenAhead) {
   pixels_.profile = *metadata.profile;
   pixels_.channels = static_cast<std::size_t>(metadata.channels);
   pixels_.reflectivity_at = metadata.profile->reflectivity_at + (metadata.has_wide_reflectivity ? 1 : 0);
