@@ -199,15 +199,14 @@ bool is_bag(const std::filesystem::path& path) {
   }
   const auto bag = open_bag(path);
   if (!bag.ok()) return has_files && bag.error().code != ErrorCode::Unsupported;
-  // Other programs write MCAP files, too: one of ROS has messages of ROS.
-  constexpr int kMostMessages = 1000;
-  for (int read = 0; read < kMostMessages; ++read) {
+  const auto is_of_others = [](const BagTopic& one) { return one.trouble != kIsOfDrive && one.trouble != kIsOfView; };
+  constexpr int kMostDamages = 1000;
+  for (int damages = 0; damages < kMostDamages; ++damages) {
     const auto message = (*bag)->next();
-    if (message.ok() ? (*bag)->topics()[message->topic].trouble.empty() : message.error().code != ErrorCode::Malformed)
-      return message.ok() ||
-             std::ranges::any_of((*bag)->topics(), [](const BagTopic& one) { return one.trouble.empty(); });
+    if (message.ok()) return is_of_others((*bag)->topics()[message->topic]);
+    if (message.error().code != ErrorCode::Malformed) break;
   }
-  return false;
+  return std::ranges::any_of((*bag)->topics(), is_of_others);
 }
 
 }  // namespace hueline::rosbag

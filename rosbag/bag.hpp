@@ -58,7 +58,13 @@ class Bag {
 /// Malformed, Truncated.
 Result<std::unique_ptr<Bag>> open_bag(const std::filesystem::path& path);
 
-/// Returns whether `path` looks like a recording that open_bag() reads and that is not one of hueline's own.
+/// BagTopic::trouble of what hueline itself has written.
+inline constexpr const char* kIsOfDrive = "it is of a drive of hueline, which `hueline replay` reads";
+inline constexpr const char* kIsOfView = "it is of a view of hueline, which shows a drive";
+
+/// Returns whether `path` looks like a recording that open_bag() reads and that is not one of hueline's own. An MCAP
+/// file of another program is a recording whatever its messages are, if it describes a channel: who reads it says of
+/// each topic why it is not used.
 bool is_bag(const std::filesystem::path& path);
 
 /// The topics of a reader that meets them one by one. The number of topics is limited, because each takes memory.

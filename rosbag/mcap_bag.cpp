@@ -19,7 +19,12 @@ class McapBag final : public Bag {
   const std::vector<BagTopic>& topics() const override { return topics_.all(); }
   Result<BagMessage> next() override {
     auto message = reader_.next();
-    if (!message.ok()) return message.error();
+    if (!message.ok()) {
+      // The channels without a message are topics, too: who looks for one learns that nothing came.
+      if (message.error().code == ErrorCode::EndOfData)
+        for (const auto& [number, channel] : reader_.channels()) topic_of(number);
+      return message.error();
+    }
     const auto topic = topic_of(message->channel);
     if (!topic) return Error{ErrorCode::Malformed, "a message of one topic too many was skipped"};
     const UnixTime received(nanoseconds(static_cast<std::int64_t>(message->log_time)));
@@ -49,7 +54,7 @@ class McapBag final : public Bag {
     if (channel.message_encoding == "ros1")
       topic.encoding = drivers::RosEncoding::Ros1;
     else if (topic.type == storage::kRawPacketSchema)
-      topic.trouble = "it is of a drive of hueline, which `hueline replay` reads";
+      topic.trouble = kIsOfDrive;
     else if (channel.message_encoding != "cdr")
       return foxglove_topic(number, channel,
                             schema == reader_.schemas().end() ? storage::McapSchema() : schema->second);
@@ -60,9 +65,9 @@ class McapBag final : public Bag {
   std::optional<std::size_t> foxglove_topic(std::uint16_t number, const storage::McapChannel& channel,
                                             const storage::McapSchema& schema) {
     BagTopic topic{channel.topic, schema.name, drivers::RosEncoding::Ros1, {}};
-    auto reader = FoxgloveReader::make(schema, channel.message_encoding);
-    if (reader.ok() && reader_.library().starts_with("hueline") && reader_.profile().empty())
-      reader = Error{ErrorCode::Unsupported, "it is of a view of hueline, which shows a drive"};
+    const bool is_of_view = reader_.library().starts_with("hueline") && reader_.profile().empty();
+    auto reader = is_of_view ? Result<std::unique_ptr<FoxgloveReader>>(Error{ErrorCode::Unsupported, kIsOfView})
+                             : FoxgloveReader::make(schema, channel.message_encoding);
     if (reader.ok()) {
       topic.type = (*reader)->type();
       topic.written_type = schema.name;

@@ -280,6 +280,11 @@ Error McapReader::check_end(std::uint32_t stated_data_crc) {
     const ByteView content = records.take_bytes(records.take<std::uint64_t>());
     McapStatistics statistics;
     if (kind == McapOpcode::Statistics && decode_record(content, statistics)) statistics_ = std::move(statistics);
+    // Writers describe a channel that has no message nowhere else.
+    McapSchema schema;
+    if (kind == McapOpcode::Schema && decode_record(content, schema)) schemas_.try_emplace(schema.id, schema);
+    McapChannel channel;
+    if (kind == McapOpcode::Channel && decode_record(content, channel)) channels_.try_emplace(channel.id, channel);
   }
   if (statistics_ && is_read_whole && statistics_->message_count != messages_read_)
     return damaged(summary_at, "the summary counts " + std::to_string(statistics_->message_count) +

@@ -47,7 +47,7 @@ class McapReader {
   /// Returns whether the file has an index of its chunks. The first call reads it.
   bool has_index() { return !index().empty(); }
 
-  // What was read so far.
+  // What was read so far. At the end of a finished file also the channels without a message, and their schemas.
   const std::map<std::uint16_t, McapSchema>& schemas() const { return schemas_; }
   const std::map<std::uint16_t, McapChannel>& channels() const { return channels_; }
   const std::vector<McapMetadata>& metadata() const { return metadata_; }

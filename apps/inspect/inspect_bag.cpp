@@ -36,7 +36,10 @@ Inspection inspect_bag(const std::string& path) {
   }
   out.found = std::make_unique<nlohmann::ordered_json>();
   nlohmann::ordered_json& json = *out.found;
-  json["format"] = "recording of ROS";
+  const auto& known = (*bag)->topics();
+  const bool is_foreign =
+      !known.empty() && std::ranges::none_of(known, [](const rosbag::BagTopic& one) { return one.trouble.empty(); });
+  json["format"] = is_foreign ? "recording, none of whose messages is read" : "recording of ROS";
   json["messages"] = messages;
   if (messages > 0) {
     json["begin"] = iso_utc(from_unix(first));

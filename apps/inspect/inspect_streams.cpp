@@ -157,8 +157,14 @@ Inspection inspect_view(const std::string& path) {
   json["format"] = "MCAP";
   json["profile"] = reader->profile();
   auto& topics = json["topics"] = Json::array();
-  for (const auto& [id, channel] : reader->channels())
-    topics.push_back({{"topic", channel.topic}, {"messages", messages[id]}, {"bytes", bytes[id]}});
+  for (const auto& [id, channel] : reader->channels()) {
+    const auto schema = reader->schemas().find(channel.schema_id);
+    topics.push_back({{"topic", channel.topic},
+                      {"type", schema == reader->schemas().end() ? std::string() : schema->second.name},
+                      {"encoding", channel.message_encoding},
+                      {"messages", messages[id]},
+                      {"bytes", bytes[id]}});
+  }
   return out;
 }
 

@@ -48,6 +48,39 @@ TEST(InspectBag, CountsTheMessagesOfEachTopic) {
   expect_the_topics(TemporaryFile("inspected.bag", std::as_bytes(std::span(bag))).path());
 }
 
+/// Messages of another program are listed with the reason why they are not read, in a file as in a folder of files.
+TEST(InspectBag, SaysOfForeignMessagesWhyTheyAreNotRead) {
+  const test::TemporaryFolder folder;
+  test::write_mcap(folder / "other.mcap", messages(), storage::Compression::None, "cbor");
+  for (const std::string& path : {folder.path().string(), (folder / "other.mcap").string()}) {
+    const auto seen = apps::inspect_file(path);
+    ASSERT_TRUE(seen.found) << seen.trouble.error().message;
+    EXPECT_TRUE(seen.trouble.ok());
+    EXPECT_EQ(seen.found->at("format"), "recording, none of whose messages is read");
+    EXPECT_EQ(seen.found->at("messages"), 3);
+    ASSERT_EQ(seen.found->at("topics").size(), 2u);
+    EXPECT_EQ(seen.found->at("topics")[0].at("not_readable"), "its messages are not of ROS but \"cbor\"");
+  }
+}
+
+/// Writers describe a channel that has no message in the summary alone, or anywhere among the data.
+TEST(InspectBag, ListsTopicsWithoutAMessage) {
+  const TemporaryFile file("silent.mcap", {});
+  storage::McapWriter::Config config;
+  config.library = "another program";
+  config.if_exists = IfExists::Replace;
+  auto writer = storage::McapWriter::create(file.path(), config);
+  ASSERT_TRUE(writer.ok());
+  const auto schema = writer->add_schema({0, "sensor_msgs/msg/NavSatFix", "ros2msg", ""});
+  ASSERT_TRUE(schema.ok() && writer->add_channel({0, *schema, "/fix", "cdr", {}}).ok() && writer->close().ok());
+  const auto seen = apps::inspect_file(file.path());
+  ASSERT_TRUE(seen.found) << seen.trouble.error().message;
+  EXPECT_EQ(seen.found->at("format"), "recording of ROS");
+  ASSERT_EQ(seen.found->at("topics").size(), 1u);
+  EXPECT_EQ(seen.found->at("topics")[0].at("type"), "sensor_msgs/NavSatFix");
+  EXPECT_EQ(seen.found->at("topics")[0].at("messages"), 0);
+}
+
 TEST(InspectBag, AFolderMayHoldARecordingWithoutAMessage) {
   const test::TemporaryFolder folder, other;
   const auto file = folder / "empty_0.db3";
@@ -59,8 +92,7 @@ TEST(InspectBag, AFolderMayHoldARecordingWithoutAMessage) {
   const auto seen = apps::inspect_file(folder.path());
   ASSERT_TRUE(seen.found) << seen.trouble.error().message;
   EXPECT_EQ(seen.found->at("messages"), 0);
-  test::write_mcap(other / "other.mcap", messages(), storage::Compression::None, "json");
-  EXPECT_FALSE(apps::inspect_file(other.path()).found) << "its messages are not of ROS";
+  EXPECT_FALSE(apps::inspect_file(other.path()).found) << "there is nothing in it";
 }
 
 TEST(InspectBag, ACutRecordingIsCountedAndTold) {
