@@ -120,6 +120,15 @@ struct Tally {
   }
 };
 
+/// Says of a POS whose messages make no navigation solution which messages would.
+void tell_without_solution(const drivers::DeviceType& type, const Tally& tally, Json& out) {
+  const bool has_messages = !tally.measurements.empty();
+  if (type.role != drivers::Role::Pos || !has_messages || !tally.solutions.empty()) return;
+  out["no_solution"] = fmt::format(
+      "none of the messages is a navigation solution, so a replay places no points; a navigation solution is {}",
+      type.solutions);
+}
+
 struct Stream {
   std::unique_ptr<Decoder> decoder;
   Tally tally;
@@ -229,6 +238,7 @@ Inspection inspect_mcap(const std::string& path) {
     if (stream.decoder) {
       stream.finish();
       one.update(stream.tally.json(stream.decoder->counts()));
+      tell_without_solution(*recording->rig.sensors[id - 1].type, stream.tally, one);
     } else if (!stream.tally.faults.empty()) {  // of hueline itself
       one.update({{"faults", stream.tally.faults}, {"last_fault", stream.tally.last_fault}});
     }
@@ -292,6 +302,7 @@ Inspection inspect_capture_file(const std::string& path, drivers::DeviceTypes ty
     one["source_address"] = drivers::to_text(device.address);
     if (!device.note.empty()) one["note"] = device.note;
     one["decoded"] = tallies[&device].json(device.decoder->counts());
+    tell_without_solution(*device.type, tallies[&device], one["decoded"]);
   }
   if (!untaken.faults.empty()) {
     json["faults"] = untaken.faults;
@@ -326,6 +337,7 @@ Inspection inspect_device_log(const std::string& path, const drivers::DeviceType
   json["format"] = type.files.log.format;
   json["bytes"] = bytes;
   json.update(stream.tally.json(stream.decoder->counts()));
+  tell_without_solution(type, stream.tally, json);
   const DecodeCounts& counts = stream.decoder->counts();
   json["bytes_unaccounted"] =
       static_cast<std::int64_t>(bytes) -

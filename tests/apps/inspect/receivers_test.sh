@@ -32,6 +32,7 @@ says 'format +u-blox UBX'
 says 'NAV-PVT +1'
 says 'Single +1'
 says 'begin +2026-03-01T00:00:00.000Z'
+says 'no_solution +none of the messages is a navigation solution, so a replay places no points; a navigation solution is NAV-PVAT'
 printf '$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,50,M,,*78\r\n' >sentences
 ends 0 "$hueline" inspect sentences
 says 'NMEA 0183'
