@@ -113,8 +113,18 @@ class Ros1Bag final : public Bag {
     return ByteReader(bytes->bytes()).take<std::uint32_t>();
   }
 
+  /// Returns how many bytes the index of a chunk has. The recorder of August 2010, which was the first to write this
+  /// version, states 20 for each message, and writes 12 as all later ones.
+  static std::uint64_t size_of_index(const Ros1Header& fields, std::uint32_t stated) {
+    constexpr std::uint64_t kEntry = 12, kStatedEntry = 20;
+    const std::uint64_t count = fields.number<std::uint32_t>("count").value_or(0);
+    return count > 0 && stated == kStatedEntry * count ? kEntry * count : stated;
+  }
+
   std::optional<Error> read_record(std::optional<BagMessage>& message) {
     record_at_ = at_;
+    if (at_ == file_.size() && !has_file_header_ && messages_ == 0)
+      return end(ErrorCode::Truncated, "the file has nothing behind its first line: it was cut off");
     if (at_ == file_.size()) return end(ErrorCode::EndOfData, "end of the recording");
     const auto header_size = read_length();
     if (!header_size.ok()) return header_size.error();
@@ -128,9 +138,10 @@ class Ros1Bag final : public Bag {
     if (!fields.is_sound() || !op) return lost("no record begins here");
     if (*op == Ros1Op::Index || *op == Ros1Op::ChunkInfo || *op == Ros1Op::FileHeader) {
       if (*op == Ros1Op::FileHeader) index_at_ = fields.number<std::uint64_t>("index_pos").value_or(0);
-      if (*data_size > file_.size() - at_)
-        return lost("the file ends inside a record: it was cut off, or a length is wrong");
-      at_ += *data_size;
+      has_file_header_ |= *op == Ros1Op::FileHeader;
+      const std::uint64_t size = *op == Ros1Op::Index ? size_of_index(fields, *data_size) : *data_size;
+      if (size > file_.size() - at_) return lost("the file ends inside a record: it was cut off, or a length is wrong");
+      at_ += size;
       return {};
     }
     if (*op == Ros1Op::Chunk) {
@@ -203,6 +214,7 @@ class Ros1Bag final : public Bag {
     const auto topic = connection ? by_connection_.find(*connection) : by_connection_.end();
     if (!time || topic == by_connection_.end())
       return damaged("a message without a time, or of a topic that the file does not describe, is skipped");
+    ++messages_;
     message =
         BagMessage{topic->second, UnixTime(std::chrono::seconds(*time & 0xFFFFFFFF) + nanoseconds(*time >> 32)), data};
     return {};
@@ -215,8 +227,9 @@ class Ros1Bag final : public Bag {
   std::optional<Ros1Index> index_;  // once it was needed
   std::uint64_t chunk_begin_ = 0;   // of the last chunk that was begun
   std::uint64_t chunk_end_ = 0;     // of the last chunk that was read
-  bool is_chunk_whole_ = true;
-  int detours_ = 0;  // by the index
+  bool is_chunk_whole_ = true, has_file_header_ = false;
+  std::uint64_t messages_ = 0;  // that were read
+  int detours_ = 0;             // by the index
   Buffer chunk_;
   std::size_t chunk_at_ = 0;
   std::uint64_t unpacked_ = 0;

@@ -116,6 +116,25 @@ TEST(Ros1Damage, SaysHowManyMessagesALostChunkHad) {
   }
 }
 
+/// The first recorder of this version stated 20 bytes for each message of an index, and wrote 12.
+TEST(Ros1Damage, KnowsTheLengthOfAnIndexThatItsRecorderStatedWrongly) {
+  const std::string number = test::raw_of(std::uint32_t{0}), one = test::raw_of(std::uint32_t{1});
+  std::string index =
+      test::ros1_record({{"op", "\x04"}, {"ver", one}, {"conn", number}, {"count", test::raw_of(std::uint32_t{3})}},
+                        std::string(36, 'i'));
+  index.replace(index.size() - 36 - 4, 4, test::raw_of(std::uint32_t{60}));
+  const WasRead read = read_whole("#ROSBAG V2.0\n" + test::ros1_record({{"op", "\x03"}}, "  ") + chunk_record(3, true) +
+                                  index + chunk_record(4, false));
+  EXPECT_EQ(read.messages, 7);
+  EXPECT_TRUE(read.damages.empty()) << read.damages.front();
+  EXPECT_EQ(read.end.code, ErrorCode::EndOfData);
+}
+
+TEST(Ros1Damage, NothingBehindTheFirstLineIsNoEmptyRecording) {
+  const WasRead read = read_whole("#ROSBAG V2.0\n");
+  EXPECT_EQ(read.end.code, ErrorCode::Truncated) << read.end.message;
+}
+
 TEST(Ros1Damage, WithoutAnIndexTheRestIsNotRead) {
   ThreeChunks file(false);
   file.set_length(file.first_index, 12 * 3 + 150);
