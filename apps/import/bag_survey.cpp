@@ -46,7 +46,7 @@ class CloudSurvey {
     last_ = stamp;
     out.frame = without_slash(cloud->header.frame);
     out.points = std::max(out.points, cloud->size());
-    if (out.fields.empty() && topic.type.ends_with("PointCloud2"))
+    if (out.fields.empty() && topic.type.find("PointCloud") != std::string::npos)
       for (const auto& field : cloud->fields) out.fields += (out.fields.empty() ? "" : ", ") + printable(field.name);
     // The second cloud says how long a turn is.
     if ((!out.config || seen_ == 2) && drivers::recognise_times(*cloud, {}))

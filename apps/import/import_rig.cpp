@@ -46,7 +46,8 @@ const char* word_of(drivers::RosTimeZero zero) {
 }
 
 const char* word_of(drivers::RosCloudDecoder::Message message) {
-  constexpr std::array<const char*, 4> kWords{"point_cloud2", "livox", "laser_scan", "compressed_point_cloud2"};
+  constexpr std::array<const char*, 5> kWords{"point_cloud2", "livox", "laser_scan", "compressed_point_cloud2",
+                                              "point_cloud"};
   return kWords[static_cast<std::size_t>(message)];
 }
 

@@ -29,7 +29,8 @@ constexpr std::array<FieldType, 9> kTypes{{{"", 0},
                                            {"uint32", 4},
                                            {"float32", 4},
                                            {"float64", 8}}};
-constexpr std::string_view kPackedCloud = "point_cloud_interfaces/CompressedPointCloud2";
+constexpr std::string_view kPackedCloud = "point_cloud_interfaces/CompressedPointCloud2",
+                           kOldCloud = "sensor_msgs/PointCloud";
 constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7, kFloat64 = 8;
 
 template <class T>
@@ -92,6 +93,49 @@ Result<RosCloud> take_point_cloud2(RosReader& in, bool is_packed) {
   if (out.point_step == 0 || !fits)
     return malformed_cloud(fmt::format("of {} x {} points of {} bytes, {} bytes a row, does not fit into its {} bytes",
                                        out.width, out.height, out.point_step, out.row_step, out.data.size()));
+  return out;
+}
+
+/// The older kind of cloud: places of float32, and for each further value of the points a list with a name. A list that
+/// has not one value for each point says nothing of single points.
+Result<RosCloud> take_point_cloud(RosReader& in) {
+  constexpr std::size_t kPlace = 3 * sizeof(float);
+  struct Channel {
+    std::string name;
+    std::span<const std::byte> values;
+  };
+  RosCloud out;
+  out.header = in.take_header();
+  const std::uint32_t count = in.take_count(kPlace);
+  const auto places = in.take_bytes(std::uint64_t{count} * kPlace);
+  std::vector<Channel> channels;
+  const std::uint32_t channel_count = in.take_count(2 * sizeof(std::uint32_t));
+  for (std::uint32_t i = 0; i < channel_count && in.ok(); ++i) {
+    Channel one{in.take_string(), {}};
+    const std::uint32_t values = in.take_count(sizeof(float));
+    one.values = in.take_bytes(std::uint64_t{values} * sizeof(float));
+    if (values == count) channels.push_back(std::move(one));
+  }
+  if (!in.ok()) return malformed_cloud("(sensor_msgs/PointCloud) that ends before its points or their values do");
+  out.point_step = kPlace + channels.size() * sizeof(float);
+  auto computed = std::make_shared<std::vector<std::byte>>();
+  computed->reserve(count * out.point_step);
+  const auto append = [&](std::span<const std::byte> from) {
+    computed->insert(computed->end(), from.begin(), from.end());
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    append(places.subspan(i * kPlace, kPlace));
+    for (const Channel& one : channels) append(one.values.subspan(i * sizeof(float), sizeof(float)));
+  }
+  out.fields = {{"x", 0, kFloat32}, {"y", 4, kFloat32}, {"z", 8, kFloat32}};
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    out.fields.push_back({channels[i].name, static_cast<std::uint32_t>(kPlace + i * sizeof(float)), kFloat32});
+  out.is_big_endian = in.is_big_endian();
+  out.width = count;
+  out.height = count > 0 ? 1 : 0;
+  out.row_step = count * out.point_step;
+  out.data = *computed;
+  out.computed = std::move(computed);
   return out;
 }
 
@@ -170,9 +214,9 @@ Result<RosCloud> take_laser_scan(RosReader& in) {
 }  // namespace
 
 bool carries_cloud(std::string_view type) {
-  return type == "sensor_msgs/PointCloud2" || type == kPackedCloud || type == "sensor_msgs/LaserScan" ||
-         type == "livox_ros_driver/CustomMsg" || type == "livox_ros_driver2/CustomMsg" ||
-         type == "livox_interfaces/CustomMsg";
+  return type == "sensor_msgs/PointCloud2" || type == kPackedCloud || type == kOldCloud ||
+         type == "sensor_msgs/LaserScan" || type == "livox_ros_driver/CustomMsg" ||
+         type == "livox_ros_driver2/CustomMsg" || type == "livox_interfaces/CustomMsg";
 }
 
 const char* type_name(const RosField& field) { return kTypes[field.type].name; }
@@ -207,6 +251,7 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
   auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message, false)
              : type == kPackedCloud            ? take_point_cloud2(message, true)
+             : type == kOldCloud               ? take_point_cloud(message)
              : type == "sensor_msgs/LaserScan" ? take_laser_scan(message)
                                                : take_livox(message, message.encoding());
   if (!out.ok()) return out.error();

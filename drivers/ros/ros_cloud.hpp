@@ -16,8 +16,9 @@
 namespace hueline::drivers {
 
 /// Returns whether messages of this type (ros_type()) hold the points of a scanner: sensor_msgs/PointCloud2, the same
-/// compressed by point_cloud_transport (point_cloud_interfaces/CompressedPointCloud2), CustomMsg of livox_ros_driver
-/// and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges of a scanner with one plane.
+/// compressed by point_cloud_transport (point_cloud_interfaces/CompressedPointCloud2), its older kind
+/// sensor_msgs/PointCloud, CustomMsg of livox_ros_driver and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges
+/// of a scanner with one plane.
 bool carries_cloud(std::string_view type);
 
 /// One value that every point of a cloud has.
@@ -59,8 +60,8 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 
 /// Reads the head of a message and checks that its points lie within its bytes. Errors: Malformed, with the numbers
 /// that contradict each other; Unsupported for a cloud without x, y and z, and one whose compression is not read.
-/// Sources: sensor_msgs/PointCloud2, PointField and LaserScan of ROS's common_interfaces; CompressedPointCloud2 of its
-/// point_cloud_interfaces; CustomMsg of Livox's drivers.
+/// Sources: sensor_msgs/PointCloud2, PointCloud, PointField and LaserScan of ROS's common_interfaces;
+/// CompressedPointCloud2 of its point_cloud_interfaces; CustomMsg of Livox's drivers.
 Result<RosCloud> take_cloud(std::string_view type, RosReader message);
 
 }  // namespace hueline::drivers

@@ -34,6 +34,8 @@ const char* type_of(RosCloudDecoder::Message message) {
       return "sensor_msgs/LaserScan";
     case RosCloudDecoder::Message::PackedPointCloud2:
       return "point_cloud_interfaces/CompressedPointCloud2";
+    case RosCloudDecoder::Message::PointCloud:
+      return "sensor_msgs/PointCloud";
     case RosCloudDecoder::Message::PointCloud2:
       break;
   }
@@ -67,12 +69,14 @@ double azimuth_of(double x, double y) {
 void RosCloudDecoder::Config::visit(Keys& keys) {
   keys.choice({"message", "",
                "The type of the messages: `sensor_msgs/PointCloud2`, `CustomMsg` of Livox's drivers, "
-               "`sensor_msgs/LaserScan`, or `point_cloud_interfaces/CompressedPointCloud2`."},
+               "`sensor_msgs/LaserScan`, `point_cloud_interfaces/CompressedPointCloud2`, or `sensor_msgs/PointCloud`, "
+               "its older kind."},
               message,
               {{"point_cloud2", Message::PointCloud2},
                {"livox", Message::Livox},
                {"laser_scan", Message::LaserScan},
-               {"compressed_point_cloud2", Message::PackedPointCloud2}});
+               {"compressed_point_cloud2", Message::PackedPointCloud2},
+               {"point_cloud", Message::PointCloud}});
   keys.choice({"encoding", "", "How the messages are encoded: by ROS 1, or by ROS 2 (CDR)."}, encoding,
               {{"ros1", RosEncoding::Ros1}, {"cdr", RosEncoding::Cdr}});
   keys.flag(
@@ -134,7 +138,7 @@ RosCloudDecoder::Config RosCloudDecoder::suited(std::string_view type, RosEncodi
                                                 nanoseconds period) {
   Config out;
   out.message = Message::Livox;
-  for (const Message one : {Message::PointCloud2, Message::LaserScan, Message::PackedPointCloud2})
+  for (const Message one : {Message::PointCloud2, Message::LaserScan, Message::PackedPointCloud2, Message::PointCloud})
     if (type == type_of(one)) out.message = one;
   out.encoding = encoding;
   out.times = recognise_times(first, {}).value_or(RosTimeRule{});

@@ -35,8 +35,9 @@ void feed(const std::string& bytes, const RosCloudDecoder::Config& config) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   for (const auto encoding : {drivers::RosEncoding::Ros1, drivers::RosEncoding::Cdr})
-    for (const auto message : {RosCloudDecoder::Message::PointCloud2, RosCloudDecoder::Message::Livox,
-                               RosCloudDecoder::Message::LaserScan, RosCloudDecoder::Message::PackedPointCloud2}) {
+    for (const auto message :
+         {RosCloudDecoder::Message::PointCloud2, RosCloudDecoder::Message::Livox, RosCloudDecoder::Message::LaserScan,
+          RosCloudDecoder::Message::PackedPointCloud2, RosCloudDecoder::Message::PointCloud}) {
       RosCloudDecoder::Config config;
       config.message = message;
       config.encoding = encoding;
@@ -68,6 +69,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (std::size_t i = 0; i < 7; ++i) scan.put(static_cast<float>(at(i)) / 16);
       scan.put(static_cast<std::uint32_t>(size / 4)).raw(input.substr(0, size / 4 * 4)).put(std::uint32_t{0});
       feed(scan.bytes(), config);
+      const auto points = static_cast<std::uint32_t>(size / 12);
+      test::RosWriter older(encoding);
+      older.header(1, "p").put(points).raw(input.substr(0, points * 12)).put(std::uint32_t{1}).text("time");
+      feed(older.put(points).raw(input.substr(0, points * 4)).bytes(), config);
     }
   return 0;
 }

@@ -354,6 +354,42 @@ TEST(RosCloud, ReadsTheRangesOfAScannerWithOnePlane) {
   }
 }
 
+TEST(RosCloud, ReadsTheOlderKindOfClouds) {
+  const auto cloud = [](RosEncoding encoding) {
+    test::RosWriter message(encoding);
+    message.header(kStamp_ns, "laser").put(std::uint32_t{3});
+    for (const float value : {3.f, 4.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 5.f}) message.put(value);
+    message.put(std::uint32_t{3});
+    const auto channel = [&](const std::string& name, const std::vector<float>& values) {
+      message.text(name).put(static_cast<std::uint32_t>(values.size()));
+      for (const float one : values) message.put(one);
+    };
+    channel("intensity", {10, 20, 30});
+    channel("of_the_cloud", {1});  // no value for each point
+    channel("time", {0, 0.01f, 0.05f});
+    return message.bytes();
+  };
+  for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr}) {
+    RosCloudDecoder::Config config = config_of(encoding);
+    config.message = RosCloudDecoder::Message::PointCloud;
+    const std::string whole = cloud(encoding);
+    const Decoded out = decode({whole}, config);
+    const auto returns = out.returns();
+    ASSERT_EQ(returns.size(), 2u) << name(encoding);
+    EXPECT_EQ(out.counts.messages.at(RosCloudDecoder::kReturnless), 1u) << "(0, 0, 0) is no return";
+    EXPECT_EQ(returns[0].second.range_m, 5);
+    EXPECT_EQ(returns[0].second.reflectivity, 10);
+    EXPECT_EQ(returns[1].second.z, 5);
+    EXPECT_EQ(returns[1].second.reflectivity, 30);
+    EXPECT_NEAR(static_cast<double>(returns[1].first - kStamp_ns), 50e6, 10);
+    const auto read = drivers::take_cloud("sensor_msgs/PointCloud", {std::as_bytes(std::span(whole)), encoding});
+    ASSERT_TRUE(read.ok());
+    EXPECT_EQ(read->find("of_the_cloud"), nullptr);
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      EXPECT_TRUE(decode({whole.substr(0, size)}, config).batches.empty()) << size;
+  }
+}
+
 /// The cloud as point_cloud_transport sends it: a CompressedPointCloud2.
 std::string packed_message(const CloudMessage& cloud, const std::string& format, const std::string& data,
                            RosEncoding encoding) {
