@@ -107,8 +107,9 @@ class Surveyor {
       // Odometry is the way of a vehicle whatever it calls its frames.
       if (pose.type.starts_with("geometry_msgs/") && out.moves_with_vehicle(pose.world)) {
         pose.why = fmt::format("its poses are given in the frame {}, which moves with the vehicle", pose.world);
-        pose.usable = 0;
+        pose.usable = pose.oriented = 0;
       }
+      if (!turning_.contains(name)) pose.oriented = 0;
     }
     for (auto& [name, links] : links_)
       if (auto pose = out.pose_of_tree(links)) out.poses.emplace(name, std::move(*pose));
@@ -126,13 +127,13 @@ class Surveyor {
       auto& links = links_[topic.name];
       if (links.size() == FrameTree::kMostFrames && !links.contains(one.child)) continue;
       PoseTopic& link = links.try_emplace(one.child, PoseTopic{topic.type, one.child}).first->second;
+      ++link.usable;
       take_time(link, one.time, one.time, received);
     }
   }
-  /// Counts a message that can be used. `stamp`: its header's; `said`: its own time.
+  /// Takes the time of a message that can be used. `stamp`: its header's; `said`: its own time.
   static void take_time(PoseTopic& pose, UnixTime said, UnixTime stamp, UnixTime received) {
     const UnixTime time = count_ns(said) == 0 ? received : said;
-    ++pose.usable;
     if (time < to_unix(GpsTime())) ++pose.before_gps;
     pose.begin = std::min(pose.begin.value_or(time), time);
     // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
@@ -170,24 +171,37 @@ class Surveyor {
     const auto [known, is_new] = out.poses.try_emplace(topic.name, PoseTopic{topic.type, {}});
     PoseTopic& pose = known->second;
     if (pose.type != topic.type) return;  // ROS does not allow a second type under one name
-    if (const auto said = drivers::pose_time(topic.type, in, metres_)) {
-      take_time(pose, *said, RosReader(in).take_header().stamp, received);
-      if (drivers::states_accuracy(topic.type, in, metres_)) ++pose.with_sigma;
-    }
-    if (drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local) {
-      if (drivers::is_of_other_metres(topic.type, in, metres_)) ++pose.of_other_metres;
-      const auto local = drivers::take_local_pose(topic.type, in, metres_);
-      if (!local) return;
-      pose.farthest_m = std::max(pose.farthest_m, local->enu.norm());
-      if (!pose.first_place) pose.first_place = local->enu;
-      if (pose.usable > 1) return;
-      pose.world = local->frame;
-      pose.frame = local->body;
+    const auto said = drivers::pose_time(topic.type, in, metres_);
+    const bool is_local = drivers::pose_rank(topic.type) == drivers::RosPoseRank::Local;
+    const auto local = is_local ? drivers::take_local_pose(topic.type, in, drivers::RosMetres::Any) : std::nullopt;
+    if (said || local) take_time(pose, said ? *said : local->time, RosReader(in).take_header().stamp, received);
+    if (said) ++pose.usable;
+    if (said && drivers::states_accuracy(topic.type, in, metres_)) ++pose.with_sigma;
+    if (local) {
+      take_local(topic.name, *local, said.has_value(), pose);
+    } else if (is_local) {
+      if (topic.type == "geometry_msgs/PoseArray") ++pose.of_several;
     } else if (is_new) {
       pose.frame = without_slash(RosReader(in).take_header().frame);
     }
     if (topic.type == "sensor_msgs/NavSatFix" && !fix_)
       if (const auto position = drivers::take_position(topic.type, in)) fix_ = position->place;
+  }
+
+  /// `fits`: its metres are those of the survey.
+  void take_local(const std::string& topic, const drivers::RosLocalPose& local, bool fits, PoseTopic& pose) {
+    if (++pose.oriented == 1) {
+      pose.world = local.frame;
+      pose.frame = local.body;
+    }
+    // Programs that know no orientation say that there is no rotation at all.
+    if (local.q_enu_flu.angularDistance(Eigen::Quaterniond::Identity()) > 0) turning_.insert(topic);
+    if (!fits) {
+      pose.of_other_metres += local.enu.allFinite() ? 1 : 0;
+      return;
+    }
+    pose.farthest_m = std::max(pose.farthest_m, local.enu.norm());
+    if (!pose.first_place) pose.first_place = local.enu;
   }
 
   /// Returns whether a local position is what the recording's NavSatFix says, as in the poses of Septentrio's driver
@@ -202,6 +216,7 @@ class Surveyor {
   std::optional<Geodetic> fix_;
   std::map<std::string, CloudSurvey> clouds_;
   std::map<std::string, TreeLinks> links_;  // by topic
+  std::set<std::string> turning_;           // topics of local poses with a rotation
   UnixTime newest_{UnixTime::min()};
 };
 

@@ -96,6 +96,11 @@ void ImportRig::add_pose() {
     to_do_.push_back(
         "the times of the poses are header.stamp, taken for UTC; how late it is is NOT KNOWN, and no sigma "
         "of the points has it: 10 ms at 10 m/s are 0.1 m");
+  if (!pose_.oriented_by.empty())
+    to_do_.push_back(
+        fmt::format("no sensor_msgs/Imu says an orientation, so that of {} is taken for the one to east, north and up. "
+                    "If it counts from the direction at its start, all points are turned: NOT KNOWN",
+                    pose_.oriented_by));
   if (!pose_.is_sigma_known)
     to_do_.push_back(
         "the poses state no accuracy that is used (a covariance), so the sigmas of the points are those of a good "

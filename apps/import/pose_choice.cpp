@@ -7,16 +7,20 @@
 #include <tuple>
 #include <utility>
 
+#include "drivers/ros/ros_solution.hpp"
+
 namespace hueline::apps {
 namespace {
 
-using drivers::RosPoseRank;
+using drivers::RosPosePart, drivers::RosPoseRank;
 
 /// Topics of one kind say the same, so one of them is enough.
-using PoseKind = std::pair<RosPoseRank, bool>;
-constexpr PoseKind kOrientations{RosPoseRank::Part, true}, kPositions{RosPoseRank::Part, false};
+using PoseKind = std::pair<RosPoseRank, RosPosePart>;
+constexpr PoseKind kOrientations{RosPoseRank::Part, RosPosePart::Orientation},
+    kPositions{RosPoseRank::Part, RosPosePart::Position}, kSolutions{RosPoseRank::Solution, RosPosePart::Whole},
+    kSigmas{RosPoseRank::Solution, RosPosePart::Sigmas};
 
-PoseKind kind_of(const PoseTopic& topic) { return {drivers::pose_rank(topic.type), topic.type == "sensor_msgs/Imu"}; }
+PoseKind kind_of(const PoseTopic& topic) { return {drivers::pose_rank(topic.type), drivers::pose_part(topic.type)}; }
 
 /// By kind, the name of its topic.
 using KindTopics = std::map<PoseKind, std::string>;
@@ -33,7 +37,7 @@ KindTopics best_of_each(const std::map<std::string, PoseTopic>& found) {
   for (const auto& [name, topic] : found) most[kind_of(topic)] = std::max(most[kind_of(topic)], topic.usable);
   const auto worth = [&](const PoseTopic& one) {
     const bool is_rare = 10 * one.usable < most[kind_of(one)];
-    return std::tuple(!is_rare, sureness(one.type), one.usable, one.type.ends_with("INSPVAX"));
+    return std::tuple(!is_rare, sureness(one.type), one.usable, drivers::solution_states_sigmas(one.type));
   };
   KindTopics out;
   for (const auto& [name, topic] : found) {
@@ -45,26 +49,40 @@ KindTopics best_of_each(const std::map<std::string, PoseTopic>& found) {
   return out;
 }
 
+/// Returns the local pose whose orientation goes best with positions of another topic; empty: none has one.
+std::string best_oriented(const std::map<std::string, PoseTopic>& found) {
+  std::string out;
+  const auto worth = [](const PoseTopic& one) { return std::pair(one.oriented, sureness(one.type)); };
+  for (const auto& [name, topic] : found)
+    if (topic.oriented > 0 && (out.empty() || worth(topic) > worth(found.at(out)))) out = name;
+  return out;
+}
+
+/// Returns whether the best topics of a rank are a pose together.
 bool is_whole(RosPoseRank rank, const KindTopics& topics) {
+  if (rank == RosPoseRank::Solution) return topics.contains(kSolutions);
   return rank != RosPoseRank::Part || (topics.contains(kOrientations) && topics.contains(kPositions));
 }
 
-std::string what_it_lacks(const PoseKind& kind) {
+std::string what_it_lacks(const PoseTopic& topic) {
+  if (topic.of_several > 0) return "its messages have several poses, or none, and do not say which is the vehicle's";
+  const PoseKind kind = kind_of(topic);
   if (kind == kOrientations) return "no message of it says an orientation";
   if (kind == kPositions) return "no message of it says a position";
-  return "no message of it says a pose";
+  return kind == kSigmas ? "no message of it says sigmas" : "no message of it says a pose";
 }
 std::string what_it_needs(const PoseKind& kind) {
+  if (kind == kSigmas) return "its sigmas need the solutions of INSPVA";
   return kind == kOrientations ? "its orientations need the positions of a sensor_msgs/NavSatFix"
-                               : "its positions need the orientations of a sensor_msgs/Imu";
+                               : "its positions need the orientations of a sensor_msgs/Imu or a nav_msgs/Odometry";
 }
 constexpr const char* kNoOrigin = "its metres need an origin or a map, see --origin and --map";
 
-/// Returns why a topic cannot be used, whatever others there are; empty: it can.
-std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool is_world_known) {
-  const PoseKind kind = kind_of(topic);
+/// Returns why a topic cannot be used as what `kind` says, whatever others there are; empty: it can.
+std::string why_useless(const PoseTopic& topic, const KindTopics& best, bool is_world_known, const PoseKind& kind) {
+  if (kind != kind_of(topic)) return {};  // a local pose that gives its orientation alone
   if (!topic.why.empty()) return topic.why;
-  if (topic.usable == 0) return what_it_lacks(kind);
+  if (topic.usable == 0) return what_it_lacks(topic);
   if (kind.first == RosPoseRank::Local && !is_world_known) return kNoOrigin;
   return is_whole(kind.first, best) ? std::string() : what_it_needs(kind);
 }
@@ -75,12 +93,17 @@ Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, b
   const auto wrong = [](const std::string& topic, const std::string& why) {
     return Error{ErrorCode::Invalid, fmt::format("--poses {}: {}", topic, why)};
   };
+  const bool has_positions = std::ranges::any_of(
+      wanted, [&](const std::string& name) { return found.contains(name) && kind_of(found.at(name)) == kPositions; });
   std::map<PoseKind, std::string> named;
   for (const std::string& name : wanted) {
     const auto topic = found.find(name);
     if (topic == found.end()) return wrong(name, "the recording has no poses of that topic");
-    if (const std::string why = why_useless(topic->second, best, is_world_known); !why.empty()) return wrong(name, why);
-    const PoseKind kind = kind_of(topic->second);
+    // Of a local pose beside positions the orientation is meant.
+    const bool is_orientation = has_positions && topic->second.oriented > 0;
+    const PoseKind kind = is_orientation ? kOrientations : kind_of(topic->second);
+    if (const std::string why = why_useless(topic->second, best, is_world_known, kind); !why.empty())
+      return wrong(name, why);
     if (const auto [other, is_new] = named.try_emplace(kind, name); !is_new && other->second != name)
       return wrong(name, fmt::format("{} says the same; name one of them", other->second));
     if (named.begin()->first.first != kind.first || named.rbegin()->first.first != kind.first)
@@ -88,6 +111,12 @@ Result<RosPoseRank> take_wanted(const std::map<std::string, PoseTopic>& found, b
     best[kind] = name;
   }
   return named.begin()->first.first;
+}
+
+/// Returns how many messages of a topic that was chosen can be used.
+std::uint64_t messages_of(const std::map<std::string, PoseTopic>& found, const PoseChoice& chosen,
+                          const std::string& name) {
+  return name == chosen.oriented_by ? found.at(name).oriented : found.at(name).usable;
 }
 
 /// Learns from the topics that were chosen which clock their times are of.
@@ -98,13 +127,13 @@ void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out)
   std::optional<nanoseconds> delay;
   for (const std::string& name : out.topics) {
     const PoseTopic& topic = found.at(name);
-    usable += topic.usable;
+    usable += messages_of(found, out, name);
     before_gps += topic.before_gps;
     if (topic.begin) begin = std::min(begin.value_or(*topic.begin), *topic.begin);
     if (topic.delay && (!delay || std::chrono::abs(*topic.delay) < std::chrono::abs(*delay))) delay = topic.delay;
   }
   out.is_sigma_known = !out.is_by_stamp || std::ranges::any_of(out.topics, [&](const std::string& name) {
-    return 2 * found.at(name).with_sigma > found.at(name).usable;
+    return name != out.oriented_by && 2 * found.at(name).with_sigma > found.at(name).usable;
   });
   out.begin = begin.value_or(UnixTime());
   out.delay = delay.value_or(nanoseconds(0));
@@ -135,19 +164,28 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
                                const std::vector<std::string>& wanted) {
   PoseChoice out;
   KindTopics best = best_of_each(found);
+  if (const std::string oriented = best_oriented(found); !oriented.empty()) best.try_emplace(kOrientations, oriented);
   for (const auto& [kind, name] : best)
-    if (why_useless(found.at(name), best, is_world_known).empty()) out.rank = std::max(out.rank, kind.first);
+    if (is_whole(kind.first, best) && why_useless(found.at(name), best, is_world_known, kind).empty())
+      out.rank = std::max(out.rank, kind.first);
   if (!wanted.empty()) {
     const auto rank = take_wanted(found, is_world_known, wanted, best);
     if (!rank.ok()) return rank.error();
     out.rank = *rank;
   }
+  // INSPVAX has sigmas of its own.
+  if (best.contains(kSolutions) && drivers::solution_states_sigmas(found.at(best.at(kSolutions)).type))
+    best.erase(kSigmas);
   std::set<std::string> taken;
   for (const auto& [kind, name] : best) {
     if (kind.first != out.rank) continue;
     taken.insert(name);
     const PoseTopic& topic = found.at(name);
-    if (kind != kPositions) out.frame = topic.frame;
+    if (kind != kPositions && kind != kSigmas) out.frame = topic.frame;
+    if (kind != kind_of(topic)) {
+      out.oriented_by = name;
+      continue;
+    }
     out.is_height_known &= !drivers::is_gps_fix(topic.type);
     out.farthest_m = std::max(out.farthest_m, topic.farthest_m);
     if (topic.first_place) out.first_place = topic.first_place;
@@ -157,10 +195,12 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
   learn_clock(found, out);
   for (const auto& [name, topic] : found) {
     if (taken.contains(name)) continue;
-    std::string why = why_useless(topic, best, is_world_known);
-    if (why.empty() && best.at(kind_of(topic)) != name && kind_of(topic).first == out.rank)
+    std::string why = why_useless(topic, best, is_world_known, kind_of(topic));
+    if (why.empty() && !best.contains(kind_of(topic)))
+      why = fmt::format("the solutions of {} state their own sigmas", best.at(kSolutions));
+    else if (why.empty() && best.at(kind_of(topic)) != name && kind_of(topic).first == out.rank)
       why = fmt::format("the pose is that of {}, with {} messages that can be used, of {} here; --poses {} takes this",
-                        best.at(kind_of(topic)), found.at(best.at(kind_of(topic))).usable, topic.usable, name);
+                        best.at(kind_of(topic)), messages_of(found, out, best.at(kind_of(topic))), topic.usable, name);
     else if (why.empty())
       why = fmt::format("the pose is that of {}; --poses {} takes this", fmt::join(out.topics, " and "), name);
     out.not_used[name] = why;

@@ -36,6 +36,8 @@ struct PoseTopic {
   double farthest_m = 0;                   ///< of local poses: from the origin
   std::optional<Eigen::Vector3d> first_place{};  ///< of local poses; nothing: of tf, whose transforms are joined later
   std::uint64_t of_other_metres = 0;  ///< local poses whose metres are not those of the survey (drivers::fits())
+  std::uint64_t oriented = 0;         ///< of local poses: messages whose orientation can be used beside other positions
+  std::uint64_t of_several = 0;       ///< messages with several poses, or none
   std::string why{};                  ///< why none of the messages can be used, where it is known
   drivers::RosTransformPath path{};   ///< of tf
 };
@@ -51,8 +53,10 @@ constexpr nanoseconds kSameClock = std::chrono::seconds(2);
 /// kind would be two poses, and the vehicle would jump between them.
 struct PoseChoice {
   drivers::RosPoseRank rank = drivers::RosPoseRank::None;
-  std::vector<std::string> topics;  ///< one; of RosPoseRank::Part that of the positions and that of the orientations
-  std::string frame;                ///< that stands for the vehicle's body
+  /// One, and that of the sigmas of solutions; of RosPoseRank::Part that of the positions and that of the orientations.
+  std::vector<std::string> topics;
+  std::string oriented_by{};  ///< the topic of local poses from which the orientations are; empty: none
+  std::string frame;          ///< that stands for the vehicle's body
   std::map<std::string, std::string> not_used;   ///< why the other topics are not used, by their names
   bool is_by_stamp = false;                      ///< the times of the poses are header.stamp
   UnixTime begin{};                              ///< the earliest of them
@@ -74,7 +78,8 @@ struct PoseChoice {
 };
 
 /// Chooses among `found`, by their names. Of each kind that topic is taken which has the most messages that can be
-/// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. NavSatFix is taken
+/// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. INSPVA is taken with
+/// INSSTDEV. Positions without an Imu that says an orientation get that of a local pose. NavSatFix is taken
 /// before GPSFix, and Odometry before other local poses, and these before tf, if it has a tenth of the messages of the
 /// topic that has most. Of the kinds that of the highest rank is taken. `wanted` names topics that are taken instead.
 /// `is_world_known`: local poses can be used, because their origin or their map is named. Errors: Invalid if `wanted`

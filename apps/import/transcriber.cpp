@@ -79,8 +79,8 @@ Status Transcriber::finish() {
 }
 
 bool Transcriber::is_pose(const rosbag::BagTopic& topic) const {
-  return pos_ != kSystemSensor && drivers::pose_rank(topic.type) == from_.rank &&
-         std::ranges::find(from_.topics, topic.name) != from_.topics.end();
+  const bool is_of_rank = drivers::pose_rank(topic.type) == from_.rank || topic.name == from_.oriented_by;
+  return pos_ != kSystemSensor && is_of_rank && std::ranges::find(from_.topics, topic.name) != from_.topics.end();
 }
 
 /// Returns when the recorder took a message, by the clock of the poses.

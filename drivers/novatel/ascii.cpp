@@ -214,6 +214,8 @@ std::string_view novatel_ascii_name(std::string_view line) {
   return name;
 }
 
+std::uint32_t ins_status_of(std::string_view word) { return number_of(kInsStatus, word); }
+
 Result<NovatelAsciiLog> decode_novatel_ascii(std::string_view line) {
   const std::string_view name = novatel_ascii_name(line);
   if (name.empty()) return Error{ErrorCode::Unsupported, "no ASCII log"};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,9 @@ bool is_novatel_ascii(std::string_view line);
 std::string_view novatel_ascii_name(std::string_view line);
 /// Returns the message with this name if its ASCII log is used, else null.
 const NovatelMessageInfo* find_novatel_ascii(std::string_view name);
+/// Returns the number of an inertial solution status by the manual's word for it, such as INS_SOLUTION_GOOD; 65535, as
+/// for other words in logs, if the manual does not have it.
+std::uint32_t ins_status_of(std::string_view word);
 
 /// Decodes a line from its '#' or '%' to its check sum, and ignores what follows. Source: OEM7 Commands and Logs
 /// Reference Manual, "ASCII" and "32-Bit CRC". Errors: Unsupported (no ASCII log), Truncated (no check sum), Malformed

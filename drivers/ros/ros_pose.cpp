@@ -8,6 +8,7 @@
 #include "core/geodesy.hpp"
 #include "core/portable_math.hpp"
 #include "drivers/novatel/crc32.hpp"
+#include "drivers/ros/ros_solution.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -49,32 +50,25 @@ class Log {
   std::vector<std::byte> bytes_;
 };
 
-/// The values of INSPVA, in its order and units.
-struct Pva {
-  GpsTime time{};
-  std::array<double, 3> place{};     ///< latitude and longitude, deg; ellipsoidal height, m
-  std::array<double, 3> velocity{};  ///< north, east, up, m/s
-  std::array<double, 3> angles{};    ///< roll, pitch, azimuth, deg
-  std::uint32_t status = kSolutionGood;
-  std::optional<std::array<float, 9>> sigma;  ///< in the same order and units
-};
-
-RosPose::Logs logs_of(const Pva& pva, UnixTime received) {
+/// INSSTDEV of the sigmas, and behind it INSPVA of the values, as far as the solution has them.
+RosPose::Logs logs_of(const RosSolution& solution, UnixTime received) {
   std::vector<std::byte> bytes;
-  if (pva.sigma) {
+  if (solution.sigma) {
     Log sigma;
-    for (const float value : *pva.sigma) sigma.put(value);
+    for (const float value : *solution.sigma) sigma.put(value);
     sigma.put(std::uint64_t{0}).put(std::uint64_t{0});
-    bytes = sigma.whole(kInsstdev, pva.time);
+    bytes = sigma.whole(kInsstdev, solution.time);
   }
-  const GpsWeekTime week = to_gps_week(pva.time);
-  Log log;
-  log.put(static_cast<std::uint32_t>(week.week)).put(to_seconds(week.time_of_week));
-  for (const auto* three : {&pva.place, &pva.velocity, &pva.angles})
-    for (const double value : *three) log.put(value);
-  log.put(pva.status);
-  const auto whole = log.whole(kInspva, pva.time);
-  bytes.insert(bytes.end(), whole.begin(), whole.end());
+  if (const auto& values = solution.values) {
+    const GpsWeekTime week = to_gps_week(solution.time);
+    Log log;
+    log.put(static_cast<std::uint32_t>(week.week)).put(to_seconds(week.time_of_week));
+    for (const auto* three : {&values->place, &values->velocity, &values->angles})
+      for (const double value : *three) log.put(value);
+    log.put(values->status);
+    const auto whole = log.whole(kInspva, solution.time);
+    bytes.insert(bytes.end(), whole.begin(), whole.end());
+  }
   return {received, Buffer::copy_of(bytes)};
 }
 
@@ -98,7 +92,7 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
       return true;
     }
     case RosPoseRank::Solution:
-      return take_solution(type, message, out);
+      return take_solution(type, message, recorded, out);
     case RosPoseRank::Local:
       if (carries_transforms(type)) return take_transforms(type, message, recorded, out);
       if (const auto local = take_local_pose(type, message, world_.metres))
@@ -114,29 +108,10 @@ bool RosPose::take(std::string_view type, RosReader message, UnixTime recorded, 
   return false;
 }
 
-bool RosPose::take_solution(std::string_view type, RosReader in, std::vector<Logs>& out) {
-  const bool is_extended = type == "novatel_oem7_msgs/INSPVAX";
-  const RosHeader header = in.take_header();
-  const auto week = take_receiver_week(in);
-  const auto milliseconds = in.take<std::uint32_t>();
-  Pva pva;
-  pva.time = from_gps_week(week, std::chrono::milliseconds(milliseconds));
-  if (is_extended) {
-    pva.status = in.take<std::uint32_t>();
-    in.take<std::uint32_t>();  // kind of position
-  }
-  for (double& value : pva.place) value = in.take<double>();
-  if (is_extended) pva.place[2] += static_cast<double>(in.take<float>());  // above the geoid, plus its undulation
-  for (double& value : pva.velocity) value = in.take<double>();
-  for (double& value : pva.angles) value = in.take<double>();
-  if (is_extended) {
-    pva.sigma.emplace();
-    for (float& value : *pva.sigma) value = in.take<float>();
-  } else {
-    pva.status = in.take<std::uint32_t>();
-  }
-  if (!in.ok() || week == 0) return false;
-  out.push_back(logs_of(pva, header.stamp));
+bool RosPose::take_solution(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out) {
+  const auto solution = drivers::take_solution(type, message);
+  if (!solution) return false;
+  out.push_back(logs_of(*solution, count_ns(solution->stamp) > 0 ? solution->stamp : recorded));
   return true;
 }
 
@@ -151,8 +126,9 @@ bool RosPose::settle(UnixTime& stamp, UnixTime recorded, std::string_view type) 
 
 bool RosPose::take_part(std::string_view type, RosReader in, UnixTime recorded, std::vector<Logs>& out) {
   bool is_used = false;
-  if (type == "sensor_msgs/Imu") {
-    auto orientation = take_orientation(in);
+  if (pose_part(type) != RosPosePart::Position) {
+    orientation_type_ = type;
+    auto orientation = take_orientation(type, in);
     if (!orientation) return false;
     if (!settle(orientation->time, recorded, type)) return true;
     is_used = joiner_.add(*orientation, recorded);
@@ -176,7 +152,7 @@ void RosPose::give_joined(std::vector<Logs>& out) {
     const RosPosition& at = one->position;
     give({at.time, at.place, one->orientation.q_enu_flu, at.sigma_enu, {}}, one->velocity_enu, out);
   }
-  if (joiner_.unplaced() > 0) dropped_["sensor_msgs/Imu"].unplaced = joiner_.unplaced();
+  if (joiner_.unplaced() > 0) dropped_[orientation_type_].unplaced = joiner_.unplaced();
 }
 
 void RosPose::finish(std::vector<Logs>& out) {
@@ -247,20 +223,22 @@ void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vecto
   // From x right, y forward to x forward, y left: a quarter turn.
   const Eigen::Quaterniond flu_from_body = portable::rotation_about(Eigen::Vector3d::UnitZ(), -std::numbers::pi / 2);
   const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);
-  Pva pva;
-  pva.time = from_unix(pose.time + shift_);
-  pva.place = {pose.place.latitude / kDegree, pose.place.longitude / kDegree, pose.place.ellipsoidal_height};
-  pva.velocity = {velocity.y(), velocity.x(), velocity.z()};
-  pva.angles = {attitude.roll / kDegree, attitude.pitch / kDegree, attitude.heading / kDegree};
+  RosSolution solution;
+  solution.time = from_unix(pose.time + shift_);
+  RosSolution::Values& values = solution.values.emplace();
+  values.status = kSolutionGood;
+  values.place = {pose.place.latitude / kDegree, pose.place.longitude / kDegree, pose.place.ellipsoidal_height};
+  values.velocity = {velocity.y(), velocity.x(), velocity.z()};
+  values.angles = {attitude.roll / kDegree, attitude.pitch / kDegree, attitude.heading / kDegree};
   if (pose.sigma_enu) {
     // Messages of this kind say little about velocity, and some nothing of the attitude: 0.1 m/s, 0.2 deg, heading
     // 0.5 deg.
     const Eigen::Vector3f s = pose.sigma_enu->cast<float>();
     const Eigen::Vector3d known = pose.sigma_flu.value_or(Eigen::Vector3d(0.2, 0.2, 0.5) * kDegree) / kDegree;
     const Eigen::Vector3f turn = known.cast<float>();
-    pva.sigma = {s.y(), s.x(), s.z(), 0.1f, 0.1f, 0.1f, turn.x(), turn.y(), turn.z()};
+    solution.sigma = {s.y(), s.x(), s.z(), 0.1f, 0.1f, 0.1f, turn.x(), turn.y(), turn.z()};
   }
-  out.push_back(logs_of(pva, pose.time + kLatency));
+  out.push_back(logs_of(solution, pose.time + kLatency));
 }
 
 }  // namespace hueline::drivers

@@ -46,10 +46,11 @@ RosWorld world_about(const Geodetic& origin);
 
 /// Makes logs of a receiver (novatel/wire.hpp) of the messages of one rank. Oem7RawMsg holds such logs, which are
 /// taken as they are. Everything else becomes INSPVA, with INSSTDEV before it where sigmas are known:
-/// - INSPVA(X): the values as they are; the time is the receiver's, from nov_header.
-/// - NavSatFix or GPSFix with the orientation of Imu: a pose at each orientation between two fixes, whose position is
-///   interpolated (ros_pose_joiner.hpp). The height is taken for that above the ellipsoid.
-/// - Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, the transforms of tf along a
+/// - INSPVA(X): the values as they are; the time is the receiver's. INSSTDEV gives the sigmas of the solutions around.
+/// - NavSatFix or GPSFix with the orientation of Imu, or of a local pose whose own position is not used: a pose at each
+///   orientation between two fixes, whose position is interpolated (ros_pose_joiner.hpp). The height is taken for that
+///   above the ellipsoid.
+/// - Odometry, PoseStamped, PoseWithCovarianceStamped, PoseArray, TransformStamped, the transforms of tf along a
 ///   RosTransformPath: metres of a RosWorld. Their orientations are turned from its axes to the level and north of the
 ///   place: 7 km east of an origin at 50 degrees north, north differs by 0.08 deg and level by 0.06 deg.
 /// The orientation is that of REP 103: the world is x east, y north, z up, the body x forward, y left, z up. The time
@@ -96,7 +97,7 @@ class RosPose {
     Eigen::Quaterniond q_enu_flu = Eigen::Quaterniond::Identity();
     std::optional<Eigen::Vector3d> sigma_enu, sigma_flu;
   };
-  bool take_solution(std::string_view type, RosReader message, std::vector<Logs>& out);
+  bool take_solution(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
   bool take_part(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
   void give_joined(std::vector<Logs>& out);
   bool take_transforms(std::string_view type, RosReader message, UnixTime recorded, std::vector<Logs>& out);
@@ -111,6 +112,7 @@ class RosPose {
   std::vector<std::optional<Eigen::Isometry3d>> steps_;  // the latest of each step of the path
   std::optional<Pose> last_;
   RosPoseJoiner joiner_;
+  std::string orientation_type_;  // of the messages that the joiner gets
   RosCourse course_;
   std::map<std::string, Dropped> dropped_;
 };

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/calendar.hpp"
+#include "drivers/ros/ros_solution.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -42,14 +43,6 @@ void take_pose_covariance(RosReader& in, RosLocalPose& out) {
 
 UnixTime time_of_receiver(std::uint16_t week, std::uint32_t ms) {
   return to_unix(from_gps_week(week, std::chrono::milliseconds(ms)));
-}
-
-/// A solution of a receiver that does not know its week has no time.
-std::optional<UnixTime> time_of_solution(RosReader in) {
-  in.take_header();
-  const auto week = take_receiver_week(in);
-  const auto ms = in.take<std::uint32_t>();
-  return in.ok() && week != 0 ? std::optional(time_of_receiver(week, ms)) : std::nullopt;
 }
 
 /// Only the binary form of a log has its time at a known place. The others are taken at their stamp.
@@ -119,26 +112,34 @@ std::optional<UnixTime> time_of(const std::optional<T>& message) {
 bool names_body(std::string_view type) {
   return type == "nav_msgs/Odometry" || type == "geometry_msgs/TransformStamped";
 }
+constexpr std::string_view kPoseArray = "geometry_msgs/PoseArray";
+
+/// Reads what stands before the position of a local pose. Returns false if there is not exactly one.
+bool take_local_head(std::string_view type, RosReader& in, RosLocalPose& out) {
+  constexpr std::size_t kPoseBytes = 7 * 8;
+  const RosHeader header = in.take_header();
+  out.time = header.stamp;
+  out.frame = without_slash(header.frame);
+  if (names_body(type)) out.body = without_slash(in.take_string());
+  return type != kPoseArray || in.take_count(kPoseBytes) == 1;
+}
 
 }  // namespace
 
-std::uint16_t take_receiver_week(RosReader& in) {
-  in.take_string();
-  in.take<std::uint16_t>();
-  in.take<std::uint8_t>();
-  in.take<std::uint32_t>();
-  in.take<std::uint8_t>();
-  return in.take<std::uint16_t>();
-}
-
 RosPoseRank pose_rank(std::string_view type) {
   if (type == "novatel_oem7_msgs/Oem7RawMsg") return RosPoseRank::Logs;
-  if (type == "novatel_oem7_msgs/INSPVAX" || type == "novatel_oem7_msgs/INSPVA") return RosPoseRank::Solution;
+  if (carries_solution(type) || carries_solution_sigmas(type)) return RosPoseRank::Solution;
   if (names_body(type) || type == "geometry_msgs/PoseStamped" || type == "geometry_msgs/PoseWithCovarianceStamped" ||
-      carries_transforms(type))
+      type == kPoseArray || carries_transforms(type))
     return RosPoseRank::Local;
   if (type == "sensor_msgs/NavSatFix" || is_gps_fix(type) || type == "sensor_msgs/Imu") return RosPoseRank::Part;
   return RosPoseRank::None;
+}
+
+RosPosePart pose_part(std::string_view type) {
+  if (carries_solution_sigmas(type)) return RosPosePart::Sigmas;
+  if (pose_rank(type) != RosPoseRank::Part) return RosPosePart::Whole;
+  return type == "sensor_msgs/Imu" ? RosPosePart::Orientation : RosPosePart::Position;
 }
 
 bool is_gps_fix(std::string_view type) { return type == "gps_msgs/GPSFix" || type == "gps_common/GPSFix"; }
@@ -150,13 +151,17 @@ std::string without_slash(std::string frame) {
   return frame;
 }
 
-std::optional<RosOrientation> take_orientation(RosReader in) {
+std::optional<RosOrientation> take_orientation(std::string_view type, RosReader in) {
+  RosLocalPose head;
+  if (!take_local_head(type, in, head)) return {};
+  const bool is_local = pose_rank(type) == RosPoseRank::Local;
+  for (int axis = 0; is_local && axis < 3; ++axis) in.take<double>();
   RosOrientation out;
-  out.time = in.take_header().stamp;
+  out.time = head.time;
   out.q_enu_flu = take_quaternion(in);
-  const auto covariance = in.take<double>();
-  // By its definition, a sensor without orientation says so with a covariance of -1.
-  if (!in.ok() || covariance == -1 || !is_rotation(out.q_enu_flu)) return {};
+  // By its definition, an Imu without orientation says so with a covariance of -1.
+  const bool is_without = !is_local && in.take<double>() == -1;
+  if (!in.ok() || is_without || !is_rotation(out.q_enu_flu)) return {};
   out.q_enu_flu.normalize();
   return out;
 }
@@ -174,15 +179,13 @@ bool is_without_fix(std::string_view type, RosReader in) {
 
 bool fits(RosMetres metres, const Eigen::Vector3d& position) {
   const double far = position.norm();
+  if (metres == RosMetres::Any) return true;
   return metres == RosMetres::AboutPlace ? far < kFarthest_m : far >= kNearestOfMap_m && far < kFarthestOfMap_m;
 }
 
 std::optional<RosLocalPose> take_local_pose(std::string_view type, RosReader in, RosMetres metres) {
   RosLocalPose out;
-  const RosHeader header = in.take_header();
-  out.time = header.stamp;
-  out.frame = without_slash(header.frame);
-  if (names_body(type)) out.body = without_slash(in.take_string());
+  if (!take_local_head(type, in, out)) return {};
   for (double& value : out.enu) value = in.take<double>();
   out.q_enu_flu = take_quaternion(in);
   if (!in.ok() || !is_rotation(out.q_enu_flu) || !fits(metres, out.enu)) return {};
@@ -211,8 +214,8 @@ std::optional<std::vector<RosTransform>> take_transforms(RosReader in) {
 }
 
 bool is_of_other_metres(std::string_view type, RosReader in, RosMetres metres) {
-  in.take_header();
-  if (names_body(type)) in.take_string();
+  RosLocalPose head;
+  if (!take_local_head(type, in, head)) return false;
   Eigen::Vector3d place;
   for (double& value : place) value = in.take<double>();
   return in.ok() && place.allFinite() && !fits(metres, place);
@@ -223,8 +226,7 @@ bool states_accuracy(std::string_view type, RosReader message, RosMetres metres)
     const auto pose = carries_transforms(type) ? std::nullopt : take_local_pose(type, message, metres);
     return pose && pose->sigma_enu;
   }
-  const auto position =
-      pose_rank(type) == RosPoseRank::Part && type != "sensor_msgs/Imu" ? take_position(type, message) : std::nullopt;
+  const auto position = pose_part(type) == RosPosePart::Position ? take_position(type, message) : std::nullopt;
   return position && position->sigma_enu;
 }
 
@@ -233,12 +235,14 @@ std::optional<UnixTime> pose_time(std::string_view type, RosReader message, RosM
     case RosPoseRank::Logs:
       return time_of_log(message);
     case RosPoseRank::Solution:
-      return time_of_solution(message);
+      if (const auto solution = take_solution(type, message)) return to_unix(solution->time);
+      return {};
     case RosPoseRank::Local:
       if (carries_transforms(type)) return {};
       return time_of(take_local_pose(type, message, metres));
     case RosPoseRank::Part:
-      return type == "sensor_msgs/Imu" ? time_of(take_orientation(message)) : time_of(take_position(type, message));
+      return pose_part(type) == RosPosePart::Orientation ? time_of(take_orientation(type, message))
+                                                         : time_of(take_position(type, message));
     case RosPoseRank::None:
       break;
   }

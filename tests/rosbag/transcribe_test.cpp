@@ -88,6 +88,104 @@ TEST(RosPose, KeepsTheValuesOfAReceiver) {
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(sigmas[0].sigma[i], expected[i], 1e-9) << i;
 }
 
+/// The head of a message of novatel_oem7_msgs: header and nov_header.
+test::RosWriter of_receiver(const std::string& log, std::uint32_t ms) {
+  test::RosWriter out(RosEncoding::Cdr);
+  out.header(kBegin_ns, "ins").text(log).put(std::uint16_t{1}).put(std::uint8_t{0}).put(std::uint32_t{0});
+  return out.put(std::uint8_t{180}).put(std::uint16_t{2300}).put(ms);
+}
+
+TEST(RosPose, GivesSolutionsTheSigmasOfMessagesOfTheirOwn) {
+  test::RosWriter stdev = of_receiver("INSSTDEV", 123'456'000);
+  for (int i = 1; i <= 9; ++i) stdev.put(static_cast<float>(i));
+  stdev.put(std::uint32_t{0}).put(std::uint16_t{0}).put(std::uint16_t{0}).put(std::uint32_t{0}).put(std::uint32_t{0});
+  test::RosWriter pva = of_receiver("INSPVA", 123'456'100);
+  for (const double value : {48.1, -11.5, 547.5, 1., 2., -3., 4., -5., 300.}) pva.put(value);
+  pva.put(std::uint32_t{3});
+  std::vector<RosPose::Logs> logs;
+  RosPose pose(RosPoseRank::Solution, {});
+  ASSERT_TRUE(pose.take("novatel_oem7_msgs/INSSTDEV", reader(stdev), UnixTime{}, logs));
+  ASSERT_TRUE(pose.take("novatel_oem7_msgs/INSPVA", reader(pva), UnixTime{}, logs));
+  const auto measurements = decoded(logs);
+  const auto sigmas = all_of<InsUncertainty>(measurements);
+  ASSERT_EQ(sigmas.size(), 1u);
+  EXPECT_EQ(sigmas[0].time, from_gps_week(2300, std::chrono::milliseconds(123'456'000)));
+  EXPECT_NEAR(sigmas[0].sigma[0], 2, 1e-9) << "of the longitude, to the east";
+  EXPECT_NEAR(sigmas[0].sigma[8], 9 * kDegree, 1e-9);
+  const auto solutions = all_of<InsSolution>(measurements);
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_EQ(solutions[0].time, from_gps_week(2300, std::chrono::milliseconds(123'456'100)));
+  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 547.5, 1e-9);
+}
+
+/// novatel_gps_driver writes words where the receiver has numbers.
+TEST(RosPose, ReadsSolutionsOfTheOtherDriverForNovatel) {
+  const auto head = [](RosEncoding encoding, const std::string& log) {
+    test::RosWriter out(encoding);
+    out.header(kBegin_ns, "ins").text(log).text("COM1").put(std::uint32_t{0}).put(1.5f).text("FINESTEERING");
+    out.put(std::uint32_t{2300}).put(123'456.5).put(std::uint32_t{0});
+    out.raw(std::string(23, '\0'));
+    return out.put(std::uint32_t{7});
+  };
+  for (const RosEncoding encoding : {RosEncoding::Ros1, RosEncoding::Cdr})
+    for (const char* status : {"INS_SOLUTION_GOOD", "INS_ALIGNING"}) {
+      test::RosWriter pvax = head(encoding, "INSPVAX");
+      pvax.text(status).text("INS_RTKFIXED").put(48.1).put(-11.5).put(500.0).put(47.5f);
+      for (const double value : {1., 2., -3., 4., -5., 300.}) pvax.put(value);
+      for (int i = 1; i <= 9; ++i) pvax.put(static_cast<float>(i));
+      test::RosWriter pva = head(encoding, "INSPVA");
+      pva.put(std::uint32_t{2300}).put(123'456.75);
+      for (const double value : {48.1, -11.5, 547.5, 1., 2., -3., 4., -5., 300.}) pva.put(value);
+      pva.text(status);
+      test::RosWriter stdev = head(encoding, "INSSTDEV");
+      for (int i = 1; i <= 9; ++i) stdev.put(static_cast<float>(i));
+      const auto in = [&](const test::RosWriter& message) {
+        return RosReader(std::as_bytes(std::span(message.bytes())), encoding);
+      };
+      std::vector<RosPose::Logs> logs;
+      RosPose pose(RosPoseRank::Solution, {});
+      ASSERT_TRUE(pose.take("novatel_gps_msgs/Inspvax", in(pvax), UnixTime{}, logs));
+      ASSERT_TRUE(pose.take("novatel_gps_msgs/Inspva", in(pva), UnixTime{}, logs));
+      ASSERT_TRUE(pose.take("novatel_gps_msgs/Insstdev", in(stdev), UnixTime{}, logs));
+      const auto measurements = decoded(logs);
+      const auto solutions = all_of<InsSolution>(measurements);
+      ASSERT_EQ(solutions.size(), 2u);
+      EXPECT_EQ(all_of<InsUncertainty>(measurements).size(), 2u);
+      const GpsTime week = from_gps_week(2300, nanoseconds(0));
+      EXPECT_EQ(solutions[0].time - week, std::chrono::milliseconds(123'456'500));
+      EXPECT_EQ(solutions[1].time - week, std::chrono::milliseconds(123'456'750)) << "the log's own, not the header's";
+      for (const InsSolution& one : solutions) {
+        EXPECT_EQ(one.is_good, std::string_view(status) == "INS_SOLUTION_GOOD");
+        EXPECT_NEAR(one.position.ellipsoidal_height, 547.5, 1e-9);
+        EXPECT_NEAR(one.attitude.heading, 300 * kDegree, 1e-12);
+      }
+      const std::string whole = pvax.bytes();
+      for (std::size_t size = 0; size < whole.size(); ++size) {
+        const std::string cut = whole.substr(0, size);
+        EXPECT_FALSE(pose.take("novatel_gps_msgs/Inspvax", {std::as_bytes(std::span(cut)), encoding}, {}, logs));
+      }
+    }
+}
+
+TEST(RosPose, TakesTheOrientationOfAnOdometryBesidePositions) {
+  RosPose pose(RosPoseRank::Part, {});
+  std::vector<RosPose::Logs> logs;
+  test::RosWriter odometry(RosEncoding::Cdr);
+  odometry.header(kBegin_ns + 500'000'000, "odom").text("base_link").put(5e6).put(-3.0).put(0.0);
+  const double c = std::cos(std::numbers::pi / 4);
+  odometry.put(0.0).put(0.0).put(c).put(c);  // to the north
+  ASSERT_TRUE(pose.take("sensor_msgs/NavSatFix", reader(fix(kBegin_ns, 10, 20, 100)), UnixTime{}, logs));
+  ASSERT_TRUE(pose.take("nav_msgs/Odometry", reader(odometry), UnixTime{}, logs));
+  ASSERT_TRUE(
+      pose.take("sensor_msgs/NavSatFix", reader(fix(kBegin_ns + 1'000'000'000, 10, 20, 104)), UnixTime{}, logs));
+  pose.finish(logs);
+  const auto solutions = all_of<InsSolution>(decoded(logs));
+  ASSERT_EQ(solutions.size(), 1u);
+  EXPECT_NEAR(solutions[0].position.ellipsoidal_height, 102, 1e-6) << "the place is that of the fixes";
+  EXPECT_NEAR(solutions[0].position.latitude, 10 * kDegree, 1e-9);
+  EXPECT_NEAR(std::remainder(solutions[0].attitude.heading, 2 * std::numbers::pi), 0, 1e-9);
+}
+
 TEST(RosPose, JoinsPositionsWithOrientations) {
   RosPose pose(RosPoseRank::Part, {});
   std::vector<RosPose::Logs> logs;

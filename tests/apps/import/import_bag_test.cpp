@@ -234,6 +234,85 @@ TEST(PoseChoice, SaysWhatTheOtherHalfOfAPoseIs) {
   EXPECT_EQ(halves->not_used.at("/imu"), "its orientations need the positions of a sensor_msgs/NavSatFix");
 }
 
+/// A receiver whose sigmas are messages of their own.
+TEST(PoseChoice, TakesTheSigmasOfSolutionsThatStateNone) {
+  std::map<std::string, PoseTopic> found{{"/insstdev", {"novatel_oem7_msgs/INSSTDEV", "ins", 10}},
+                                         {"/inspva", {"novatel_oem7_msgs/INSPVA", "ins", 100}}};
+  const auto both = apps::choose_pose(found, false, {});
+  ASSERT_TRUE(both.ok());
+  EXPECT_EQ(both->topics, (std::vector<std::string>{"/inspva", "/insstdev"}));
+  EXPECT_EQ(both->rank, drivers::RosPoseRank::Solution);
+  found["/inspvax"] = {"novatel_oem7_msgs/INSPVAX", "ins", 100};
+  const auto extended = apps::choose_pose(found, false, {});
+  ASSERT_TRUE(extended.ok());
+  EXPECT_EQ(extended->topics, (std::vector<std::string>{"/inspvax"}));
+  EXPECT_EQ(extended->not_used.at("/insstdev"), "the solutions of /inspvax state their own sigmas");
+  EXPECT_EQ(apps::choose_pose(found, false, {"/inspva"})->topics, both->topics);
+  const auto alone = apps::choose_pose({{"/insstdev", found.at("/insstdev")}}, false, {});
+  ASSERT_TRUE(alone.ok());
+  EXPECT_EQ(alone->rank, drivers::RosPoseRank::None);
+  EXPECT_EQ(alone->not_used.at("/insstdev"), "its sigmas need the solutions of INSPVA");
+}
+
+/// A NavSatFix, and an Odometry in coordinates of a map that nobody has named.
+TEST_F(ImportBag, PositionsGetTheOrientationsOfAnOdometry) {
+  std::vector<SampleMessage> messages;
+  const auto add = [&](double half_yaw, bool has_imu) {
+    messages.clear();
+    for (int i = 0; i < 40; ++i) {
+      const std::int64_t ns = kImported_ns + i * kTenth_ns;
+      RosWriter out(drivers::RosEncoding::Cdr);
+      out.header(ns, "utm").text("car").put(5e5).put(5.3e6).put(500.0).put(0.0).put(0.0);
+      messages.push_back(
+          {"/odom", "nav_msgs/Odometry", ns, out.put(std::sin(half_yaw)).put(std::cos(half_yaw)).bytes()});
+      messages.push_back(position("/fix", ns + 50'000'000));
+      if (has_imu) messages.push_back(imu_message("/imu", ns));
+    }
+  };
+  add(0.5, false);
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odom"),
+            "sensor pos; 1 orientations are not between two positions that are at most 3 s apart");
+  EXPECT_EQ(done->became.at("/fix"), "sensor pos");
+  EXPECT_EQ(count_told(*done, "that of /odom is taken for the one to east, north and up"), 1);
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 39);
+  EXPECT_NEAR(pose().at("latitude_deg").at(0).get<double>(), 48, 1e-9);
+  // An odometry that never turns knows no orientation, and an Imu is taken before any.
+  add(0, false);
+  const auto unturned = import(messages);
+  ASSERT_TRUE(unturned.ok());
+  EXPECT_EQ(unturned->became.at("/fix"),
+            "not used: its positions need the orientations of a sensor_msgs/Imu or a nav_msgs/Odometry");
+  add(0.5, true);
+  const auto with_imu = import(messages);
+  ASSERT_TRUE(with_imu.ok());
+  EXPECT_TRUE(with_imu->became.at("/imu").starts_with("sensor pos")) << with_imu->became.at("/imu");
+  EXPECT_TRUE(with_imu->became.at("/odom").starts_with("not used: ")) << with_imu->became.at("/odom");
+  const auto named = import(messages, {.poses = {"/fix", "/odom"}});
+  ASSERT_TRUE(named.ok()) << named.error().message;
+  EXPECT_TRUE(named->became.at("/odom").starts_with("sensor pos")) << named->became.at("/odom");
+}
+
+/// A program that shows the way so far has all poses in each message, and says of none that it is the vehicle's.
+TEST_F(ImportBag, OfSeveralPosesInOneMessageNoneIsTheVehicles) {
+  const auto with = [&](std::uint32_t poses) {
+    std::vector<SampleMessage> messages;
+    for (int i = 0; i < 20; ++i) {
+      RosWriter out(drivers::RosEncoding::Cdr);
+      out.header(kImported_ns + i * kTenth_ns, "map").put(poses);
+      for (std::uint32_t k = 0; k < poses; ++k) out.put(0.1 * i).put(0.0).put(0.0).put(0.0).put(0.0).put(0.0).put(1.0);
+      messages.push_back({"/poses", "geometry_msgs/PoseArray", kImported_ns + i * kTenth_ns, out.bytes()});
+    }
+    const auto done = import(messages, {.origin = kOrigin});
+    EXPECT_TRUE(done.ok());
+    return done->became.at("/poses");
+  };
+  EXPECT_EQ(with(1), "sensor pos");
+  EXPECT_EQ(with(2), "not used: its messages have several poses, or none, and do not say which is the vehicle's");
+  EXPECT_EQ(with(0), with(2));
+}
+
 TEST_F(ImportBag, AnImuWithoutOrientationIsNotThePose) {
   std::vector<SampleMessage> messages;
   for (int i = 0; i < 5; ++i) messages.push_back(imu_message("/imu", kImported_ns + i * kTenth_ns, -1));
