@@ -16,10 +16,12 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/portable_math.hpp"
 #include "core/time.hpp"
 #include "rosbag/foxglove_part.hpp"
 
@@ -87,7 +89,19 @@ struct CloudField {
 };
 constexpr std::uint8_t kFloat32 = 7, kFloat64 = 8;
 
-/// Turns the points into their frame.
+/// Returns where a cloud lies in its frame; nothing: where the frame does.
+std::optional<Eigen::Isometry3d> pose_of(const FoxglovePart& in) {
+  const auto pose = in.part("pose");
+  if (!pose) return {};
+  const Eigen::Quaterniond q = rotation_of(pose->part("orientation").get());
+  if (!(std::abs(q.norm() - 1) < kUnit)) throw WrongForm{"pose"};
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = q.normalized().toRotationMatrix();
+  T.translation() = vector_of(pose->part("position").get());
+  return T.matrix().isIdentity(1e-9) ? std::nullopt : std::optional(T);
+}
+
+/// Turns the points into their frame. One at (0, 0, 0) is no return, and stays there.
 void place_points(std::string& data, std::size_t stride, const std::vector<CloudField>& fields,
                   const Eigen::Isometry3d& T_frame_cloud) {
   std::array<const CloudField*, 3> axes{};
@@ -110,12 +124,21 @@ void place_points(std::string& data, std::size_t stride, const std::vector<Cloud
       std::memcpy(&number, from, sizeof number);
       to = static_cast<double>(number);
     });
+    if (point.isZero(0)) continue;
     point = T_frame_cloud * point;
     each([](char* to, const double& from, auto number) {
       number = static_cast<decltype(number)>(from);
       std::memcpy(to, &number, sizeof number);
     });
   }
+}
+
+/// Writes what follows the header of a sensor_msgs/PointCloud2.
+void put_cloud(Ros1Writer& out, const std::vector<CloudField>& fields, std::uint32_t stride, const std::string& data) {
+  out.put(std::uint32_t{1}).put(static_cast<std::uint32_t>(data.size() / stride));
+  out.put(static_cast<std::uint32_t>(fields.size()));
+  for (const CloudField& one : fields) out.text(one.name).put(one.offset).put(one.type).put(std::uint32_t{1});
+  out.put(std::uint8_t{0}).put(stride).put(static_cast<std::uint32_t>(data.size())).text(data).put(std::uint8_t{0});
 }
 
 void turn_cloud(const FoxglovePart& in, Ros1Writer& out) {
@@ -131,18 +154,29 @@ void turn_cloud(const FoxglovePart& in, Ros1Writer& out) {
   std::string data = in.bytes("data");
   if (stride == 0 || data.size() % stride != 0 || data.size() > std::numeric_limits<std::uint32_t>::max())
     throw WrongForm{"point_stride"};
-  if (const auto pose = in.part("pose")) {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    const Eigen::Quaterniond q = rotation_of(pose->part("orientation").get());
-    if (!(std::abs(q.norm() - 1) < kUnit)) throw WrongForm{"pose"};
-    T.linear() = q.normalized().toRotationMatrix();
-    T.translation() = vector_of(pose->part("position").get());
-    if (!T.matrix().isIdentity(1e-9)) place_points(data, stride, fields, T);
+  if (const auto T_frame_cloud = pose_of(in)) place_points(data, stride, fields, *T_frame_cloud);
+  put_cloud(out.header(in.time("timestamp"), in.text("frame_id")), fields, stride, data);
+}
+
+/// The angles go on evenly from the first range to the last. What is not above 0, or no number, is no return.
+void turn_scan(const FoxglovePart& in, Ros1Writer& out) {
+  const auto ranges = in.numbers("ranges"), intensities = in.numbers("intensities");
+  const double begin = in.number("start_angle"), end = in.number("end_angle");
+  if (!std::isfinite(begin) || !std::isfinite(end)) throw WrongForm{"start_angle and end_angle"};
+  const bool has_intensities = intensities.size() == ranges.size();
+  const double step = ranges.size() > 1 ? (end - begin) / static_cast<double>(ranges.size() - 1) : 0;
+  Ros1Writer points;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const double range = ranges[i] > 0 && std::isfinite(ranges[i]) ? ranges[i] : 0;
+    const double angle = begin + static_cast<double>(i) * step;
+    points.put(static_cast<float>(range * portable::cos(angle))).put(static_cast<float>(range * portable::sin(angle)));
+    points.put(0.F).put(has_intensities ? static_cast<float>(intensities[i]) : 0.F);
   }
-  out.header(in.time("timestamp"), in.text("frame_id")).put(std::uint32_t{1});
-  out.put(static_cast<std::uint32_t>(data.size() / stride)).put(static_cast<std::uint32_t>(fields.size()));
-  for (const CloudField& one : fields) out.text(one.name).put(one.offset).put(one.type).put(std::uint32_t{1});
-  out.put(std::uint8_t{0}).put(stride).put(static_cast<std::uint32_t>(data.size())).text(data).put(std::uint8_t{0});
+  std::vector<CloudField> fields{{"x", 0, kFloat32}, {"y", 4, kFloat32}, {"z", 8, kFloat32}};
+  if (has_intensities) fields.push_back({"intensity", 12, kFloat32});
+  constexpr std::uint32_t kStride = 16;
+  if (const auto T_frame_scan = pose_of(in)) place_points(points.bytes(), kStride, fields, *T_frame_scan);
+  put_cloud(out.header(in.time("timestamp"), in.text("frame_id")), fields, kStride, points.bytes());
 }
 
 void turn_compressed_image(const FoxglovePart& in, Ros1Writer& out) {
@@ -175,14 +209,23 @@ void turn_transforms(const FoxglovePart& in, Ros1Writer& out) {
   for (const auto& one : transforms) turn_transform(*one, out);
 }
 
+void put_pose_of(const FoxglovePart& pose, Ros1Writer& out) {
+  put_place(out, vector_of(pose.part("position").get()), rotation_of(pose.part("orientation").get()));
+}
 void put_pose(const FoxglovePart& in, Ros1Writer& out) {
   const auto pose = in.part("pose");
   if (!pose) throw WrongForm{"pose"};
-  put_place(out, vector_of(pose->part("position").get()), rotation_of(pose->part("orientation").get()));
+  put_pose_of(*pose, out);
 }
 
 void turn_pose(const FoxglovePart& in, Ros1Writer& out) {
   put_pose(in, out.header(in.time("timestamp"), in.text("frame_id")));
+}
+
+void turn_poses(const FoxglovePart& in, Ros1Writer& out) {
+  const auto poses = in.parts("poses");
+  out.header(in.time("timestamp"), in.text("frame_id")).put(static_cast<std::uint32_t>(poses.size()));
+  for (const auto& one : poses) put_pose_of(*one, out);
 }
 
 void turn_odometry(const FoxglovePart& in, Ros1Writer& out) {
@@ -215,6 +258,8 @@ const std::map<std::string, Schema>& known_schemas() {
       {"foxglove.FrameTransform", {"tf2_msgs/TFMessage", turn_one_transform}},
       {"foxglove.FrameTransforms", {"tf2_msgs/TFMessage", turn_transforms}},
       {"foxglove.PoseInFrame", {"geometry_msgs/PoseStamped", turn_pose}},
+      {"foxglove.PosesInFrame", {"geometry_msgs/PoseArray", turn_poses}},
+      {"foxglove.LaserScan", {"sensor_msgs/PointCloud2", turn_scan}},
       {"foxglove.Odometry", {"nav_msgs/Odometry", turn_odometry}},
       {"foxglove.LocationFix", {"sensor_msgs/NavSatFix", turn_fix}}};
   return kSchemas;

@@ -18,10 +18,12 @@ namespace hueline::rosbag {
 /// | schema of Foxglove | message of ROS |
 /// |---|---|
 /// | PointCloud | sensor_msgs/PointCloud2; a pose of the cloud in its frame is applied to the points |
+/// | LaserScan | sensor_msgs/PointCloud2, of its ranges, likewise |
 /// | CompressedImage, RawImage, CompressedVideo | those of foxglove_msgs |
 /// | CameraCalibration | sensor_msgs/CameraInfo |
 /// | FrameTransform, FrameTransforms | tf2_msgs/TFMessage |
 /// | PoseInFrame | geometry_msgs/PoseStamped |
+/// | PosesInFrame | geometry_msgs/PoseArray |
 /// | Odometry | nav_msgs/Odometry |
 /// | LocationFix | sensor_msgs/NavSatFix |
 /// Fields of protobuf and JSON are found by their names in the schema of the recording, so a later version of it may

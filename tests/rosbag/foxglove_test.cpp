@@ -213,6 +213,56 @@ TEST(Foxglove, JsonSaysTheSame) {
     EXPECT_TRUE(turned(schema, "json", text.substr(0, size)).type.starts_with("it does not have the form")) << size;
 }
 
+/// A scan with one plane, 10 m above its frame and turned to the left by a quarter.
+TEST(Foxglove, AScanIsACloud) {
+  const std::string text = R"({"timestamp": {"sec": 1700000000, "nsec": 123456789}, "frame_id": "laser",
+    "pose": {"position": {"x": 0, "y": 0, "z": 10}, "orientation": {"x": 0, "y": 0, "z": 0.70710678118654752,
+                                                                    "w": 0.70710678118654752}},
+    "start_angle": -1, "end_angle": 1, "ranges": [2, 0, 4], "intensities": [5, 6, 7]})";
+  const storage::McapSchema schema{1, "foxglove.LaserScan", "jsonschema", "{}"};
+  const auto scan = turned(schema, "json", text);
+  ASSERT_EQ(scan.type, "sensor_msgs/PointCloud2");
+  const auto cloud = drivers::take_cloud(scan.type, scan.in());
+  ASSERT_TRUE(cloud.ok()) << cloud.error().message;
+  ASSERT_EQ(cloud->size(), 3u);
+  EXPECT_EQ(cloud->header.frame, "laser");
+  const auto value = [&](const char* name, std::size_t i) {
+    return value_of(*cloud, *cloud->find(name), cloud->point(i));
+  };
+  EXPECT_NEAR(value("x", 0), 2 * std::sin(1), 1e-6);
+  EXPECT_NEAR(value("y", 0), 2 * std::cos(1), 1e-6);
+  EXPECT_NEAR(value("z", 0), 10, 1e-6);
+  EXPECT_EQ(value("intensity", 2), 7);
+  for (const char* axis : {"x", "y", "z"}) EXPECT_EQ(value(axis, 1), 0) << "a range of 0 is no return";
+  for (const RosEncoding encoding : {RosEncoding::Cdr, RosEncoding::Ros1}) {
+    test::RosWriter out(encoding);
+    out.time(kFoxglove_ns).text("laser");
+    for (const double number : {0., 0., 0., 0., 0., 0., 1., 0., 0.5}) out.put(number);
+    out.put(std::uint32_t{2}).put(3.0).put(4.0).put(std::uint32_t{0});
+    const auto reader = FoxgloveReader::of_ros("foxglove_msgs/LaserScan", encoding);
+    ASSERT_TRUE(reader);
+    const auto plain = reader->turned(std::as_bytes(std::span(out.bytes())));
+    ASSERT_TRUE(plain.ok()) << plain.error().message;
+    const auto points = drivers::take_cloud(reader->type(), {plain->bytes(), RosEncoding::Ros1});
+    ASSERT_TRUE(points.ok());
+    ASSERT_EQ(points->size(), 2u);
+    EXPECT_EQ(value_of(*points, *points->find("x"), points->point(0)), 3);
+    EXPECT_NEAR(value_of(*points, *points->find("y"), points->point(1)), 4 * std::sin(0.5), 1e-6);
+    EXPECT_EQ(points->find("intensity"), nullptr) << "it has none";
+  }
+}
+
+TEST(Foxglove, SeveralPosesAreAPoseArray) {
+  const std::string text = R"({"timestamp": {"sec": 1700000000, "nsec": 123456789}, "frame_id": "map", "poses": [
+    {"position": {"x": 1, "y": 2, "z": 3}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]})";
+  const auto poses = turned({1, "foxglove.PosesInFrame", "jsonschema", "{}"}, "json", text);
+  ASSERT_EQ(poses.type, "geometry_msgs/PoseArray");
+  const auto one = drivers::take_local_pose(poses.type, poses.in(), drivers::RosMetres::AboutPlace);
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->frame, "map");
+  EXPECT_EQ(one->enu, Eigen::Vector3d(1, 2, 3));
+}
+
 /// Made by flatc of Foxglove's schema, of the cloud and the pose in JsonSaysTheSame.
 constexpr const char* kFlatCloud =
     "FAAAABAAIAAEAAwAEAAUABgAHAAQAAAAAPFTZRXNWwf0AAAAwAAAAA4AAAAoAAAABAAAABwAAAAAAIA/AAAAQAAAQEDoAwAAgEAA"
