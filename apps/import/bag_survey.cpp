@@ -127,7 +127,9 @@ class Surveyor {
       auto& links = links_[topic.name];
       if (links.size() == FrameTree::kMostFrames && !links.contains(one.child)) continue;
       PoseTopic& link = links.try_emplace(one.child, PoseTopic{topic.type, one.child}).first->second;
-      ++link.usable;
+      // Programs send a transform again while there is no newer one.
+      const bool is_repeated = link.end && count_ns(one.time) != 0 && one.time <= *link.end;
+      link.usable += is_repeated ? 0 : 1;
       take_time(link, one.time, one.time, received);
     }
   }
@@ -136,6 +138,7 @@ class Surveyor {
     const UnixTime time = count_ns(said) == 0 ? received : said;
     if (time < to_unix(GpsTime())) ++pose.before_gps;
     pose.begin = std::min(pose.begin.value_or(time), time);
+    pose.end = std::max(pose.end.value_or(time), time);
     // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
     const nanoseconds delay = received - time;
     if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;

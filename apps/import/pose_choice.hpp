@@ -29,7 +29,7 @@ struct PoseTopic {
   std::uint64_t usable = 0;                ///< messages that can be used (drivers::pose_time())
   std::uint64_t with_sigma = 0;            ///< those of them that state their accuracy
   std::uint64_t before_gps = 0;            ///< those of them whose times lie before the begin of GPS time
-  std::optional<UnixTime> begin{};         ///< the earliest of their times
+  std::optional<UnixTime> begin{}, end{};  ///< the earliest and the latest of their times
   std::optional<nanoseconds> delay{};      ///< from theirs to the recorder's time, where these are nearest
   RecorderPace pace{}, pace_before_gps{};  ///< by header.stamp; of those before the begin of GPS time by themselves
   std::string world{};                     ///< of local poses the frame that they are given in

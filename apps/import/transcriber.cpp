@@ -108,6 +108,7 @@ std::string Transcriber::dropped_of(const rosbag::BagTopic& topic) const {
         "; {} messages are less than 0.5 ms behind another, as those that were stamped when they were "
         "taken from a queue: the first of them is used",
         dropped.together);
+  if (dropped.repeated > 0) out += fmt::format("; {} messages repeat the one before", dropped.repeated);
   if (dropped.late > 0) out += fmt::format("; {} messages are out of their order in time", dropped.late);
   return out;
 }

@@ -198,7 +198,7 @@ bool RosPose::take_local(std::string_view type, RosLocalPose local, UnixTime rec
   }
   const Pose now{local.time, at->place, at->q_enu_world * local.q_enu_flu, local.sigma_enu, local.sigma_flu};
   if (last_ && now.time <= last_->time) {
-    ++dropped.late;
+    ++(now.time == last_->time ? dropped.repeated : dropped.late);
     return true;
   }
   if (last_ && now.time - last_->time < kTogether) {

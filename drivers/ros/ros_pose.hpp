@@ -67,6 +67,7 @@ class RosPose {
   /// Messages that are whole, and of which no pose was made.
   struct Dropped {
     std::uint64_t late = 0;            ///< their stamps went back, or are there already
+    std::uint64_t repeated = 0;        ///< local poses with the stamp of the one before, as tf sends them again
     std::uint64_t together = 0;        ///< local poses less than 0.5 ms behind another: nothing says their velocity
     std::uint64_t of_other_clock = 0;  ///< their stamps lie on the other side of the begin of GPS time
     std::uint64_t unplaced = 0;  ///< orientations without a position on either side within RosPoseJoiner::kLongestSpan

@@ -461,6 +461,26 @@ TEST_F(ImportBag, ThePoseMayBeATransform) {
   EXPECT_EQ(wrong.error().code, ErrorCode::Invalid);
 }
 
+/// Each transform is sent again until there is a newer one: that makes it no surer than an Odometry.
+TEST_F(ImportBag, TransformsThatAreSentAgainCountOnce) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    messages.push_back(odometry_message("/odometry", ns, 0.1 * i));
+    RosWriter out(drivers::RosEncoding::Cdr);
+    out.put(std::uint32_t{1}).header(ns, "map").text("base_link").put(0.0).put(0.1 * i).put(0.0);
+    out.put(0.0).put(0.0).put(0.0).put(1.0);
+    for (int again = 0; again < 18; ++again)
+      messages.push_back({"/tf", "tf2_msgs/TFMessage", ns + again * 5'000'000, out.bytes()});
+  }
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(done->became.at("/odometry"), "sensor pos");
+  const auto by_tree = import(messages, {.origin = kOrigin, .poses = {"/tf"}});
+  ASSERT_TRUE(by_tree.ok()) << by_tree.error().message;
+  EXPECT_EQ(by_tree->became.at("/tf"), "sensor pos, the pose of base_link in map; 340 messages repeat the one before");
+}
+
 TEST_F(ImportBag, SaysThatCoordinatesOfAMapAreNoLocalMetres) {
   const auto told = [&](double north) {
     const auto done = import({odometry_message("/odom", kImported_ns, north),
