@@ -37,7 +37,9 @@ TEST(RosPoseJoiner, WaitsForOrientationsThatComeBehindALaterPosition) {
   std::vector<std::int64_t> wanted;
   for (std::int64_t ms = 0; ms <= 10'000; ms += 10) {
     // A position takes 2 ms to the recorder, an orientation 36 ms.
-    if (ms % 100 == 0) EXPECT_TRUE(joiner.add(placed(ms), at_ms(ms + 2)));
+    if (ms % 100 == 0) {
+      EXPECT_TRUE(joiner.add(placed(ms), at_ms(ms + 2)));
+    }
     if (ms >= 30) {
       EXPECT_TRUE(joiner.add(turned(ms - 30), at_ms(ms + 6)));
       wanted.push_back(ms - 30);
