@@ -1,8 +1,6 @@
 #include "drivers/transport/ip_extractor.hpp"
 
 #include <arpa/inet.h>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstring>
@@ -19,70 +17,6 @@ constexpr std::size_t kMaxDatagram = 65535;
 /// it within a minute. Linux waits as long for IPv4; RFC 8200 allows 60 s. It is a time of the capture, not of this
 /// program.
 constexpr nanoseconds kLongestApart = std::chrono::seconds(30);
-
-enum class Network : std::uint8_t { Ipv4, Ipv6, Other, UnknownLink };
-struct Layer3 {
-  Network network = Network::Other;
-  std::span<const std::byte> packet;
-};
-
-/// `rest` is what follows the type and the header that it stands in.
-Layer3 of_ether_type(std::uint16_t type, std::span<const std::byte> rest) {
-  for (;;) {
-    if (type == 0x0800) return {Network::Ipv4, rest};
-    if (type == 0x86DD) return {Network::Ipv6, rest};
-    const bool is_vlan = type == 0x8100 || type == 0x88A8 || type == 0x9100;
-    if (!is_vlan || rest.size() < 4) return {};
-    type = be16(rest.data() + 2);  // behind the two bytes of the tag
-    rest = rest.subspan(4);
-  }
-}
-
-Layer3 by_ether_type(std::span<const std::byte> frame, std::size_t type_at) {
-  if (frame.size() < type_at + 2) return {};
-  return of_ether_type(be16(frame.data() + type_at), frame.subspan(type_at + 2));
-}
-
-Layer3 by_version(std::span<const std::byte> packet) {
-  if (packet.empty()) return {};
-  const unsigned version = static_cast<unsigned>(packet[0]) >> 4;
-  return {version == 4 ? Network::Ipv4 : version == 6 ? Network::Ipv6 : Network::Other, packet};
-}
-
-Layer3 network_layer(const CaptureFrame& frame) {
-  const auto bytes = frame.bytes;
-  switch (frame.link_type) {
-    case 1:
-      return by_ether_type(bytes, 12);
-    case 0:
-    case 108:
-      // BSD loopback: 4 bytes of address family, then IP.
-      return bytes.size() < 4 ? Layer3{} : by_version(bytes.subspan(4));
-    case 12:
-    case 101:
-    case 228:
-    case 229:
-      return by_version(bytes);
-    case 113:
-      return by_ether_type(bytes, 14);  // Linux cooked
-    case 276:                           // Linux cooked 2: the type comes first, and the header has 20 bytes
-      return bytes.size() < 20 ? Layer3{} : of_ether_type(be16(bytes.data()), bytes.subspan(20));
-    default:
-      return {Network::UnknownLink, {}};
-  }
-}
-
-HardwareAddress sending_card(const CaptureFrame& frame) {
-  HardwareAddress out{};
-  const auto bytes = frame.bytes;
-  // Ethernet has it behind that of the receiver; Linux cooked 1 and 2 say how long it is.
-  std::size_t at = 0;
-  if (frame.link_type == 1) at = 6;
-  if (frame.link_type == 113 && bytes.size() >= 6 && be16(bytes.data() + 4) == out.size()) at = 6;
-  if (frame.link_type == 276 && bytes.size() >= 12 && bytes[11] == std::byte{6}) at = 12;
-  if (at != 0 && bytes.size() >= at + out.size()) std::memcpy(out.data(), bytes.data() + at, out.size());
-  return out;
-}
 
 IpAddress mapped(const std::byte* p) {
   IpAddress address{};
@@ -110,25 +44,23 @@ std::string to_text(const IpAddress& address) {
   return text.data();
 }
 
-std::string to_text(const HardwareAddress& address) { return fmt::format("{:02x}", fmt::join(address, ":")); }
-
 std::optional<UdpDatagram> IpExtractor::extract(const CaptureFrame& frame) {
   segment_.reset();
-  card_ = sending_card(frame);
   // Frames without a time have that of the frame before.
   if (frame.time != nanoseconds{0}) now_ = frame.time;
-  const Layer3 layer = network_layer(frame);
+  const LinkPayload link = link_payload(frame);
+  card_ = link.card;
   const bool is_cut = frame.length > frame.bytes.size();
-  switch (layer.network) {
-    case Network::Ipv4:
-      return ipv4(layer.packet, is_cut);
-    case Network::Ipv6:
-      return ipv6(layer.packet, is_cut);
-    case Network::UnknownLink:
+  switch (link.network) {
+    case LinkPayload::Network::Ipv4:
+      return ipv4(link.packet, is_cut);
+    case LinkPayload::Network::Ipv6:
+      return ipv6(link.packet, is_cut);
+    case LinkPayload::Network::UnknownLink:
       ++counts_.unknown_link;
-      counts_.unknown_link_type = frame.link_type;
+      counts_.unknown_link_type = link.link_type;
       return {};
-    case Network::Other:
+    case LinkPayload::Network::Other:
       break;
   }
   ++counts_.not_udp;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/transport/capture_file.hpp"
+#include "drivers/transport/link_layer.hpp"
 
 namespace hueline::drivers {
 
@@ -20,11 +21,6 @@ using IpAddress = std::array<std::uint8_t, 16>;
 std::optional<IpAddress> parse_ip_address(const std::string& text);
 /// Writes an address in its usual form: 192.168.1.201 or fd00::c9.
 std::string to_text(const IpAddress& address);
-
-/// The address of a network card; zeros where the capture has none.
-using HardwareAddress = std::array<std::uint8_t, 6>;
-/// Writes an address in its usual form: 60:76:88:00:01:02.
-std::string to_text(const HardwareAddress& address);
 
 /// One UDP datagram of a capture.
 struct UdpDatagram {
@@ -59,12 +55,11 @@ struct ExtractCounts {
   std::uint64_t fragments_again = 0;    ///< copies of fragments that had come: some captures see each frame twice
 };
 
-/// Takes UDP datagrams and TCP segments out of link-layer frames. It reads Ethernet with VLAN tags, Linux cooked (1 and
-/// 2), BSD loopback and raw IP; IPv4 and IPv6 with extension headers, whose fragments it joins. Fragments of TCP are
-/// not joined, because TCP avoids them. It ignores checksums, because
-/// captures on the sending host do not have them filled in. It ignores the length in the IP header if the length in the
-/// UDP header fits what was captured, because VeloView writes 1234 into the IP header of datagrams of any size. Thread
-/// safety: none; one thread calls all functions.
+/// Takes UDP datagrams and TCP segments out of link-layer frames (link_layer.hpp has the kinds that are read). It reads
+/// IPv4 and IPv6 with extension headers, whose fragments it joins. Fragments of TCP are not joined, because TCP avoids
+/// them. It ignores checksums, because captures on the sending host do not have them filled in. It ignores the length
+/// in the IP header if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP
+/// header of datagrams of any size. Thread safety: none; one thread calls all functions.
 class IpExtractor {
  public:
   /// Returns the datagram in `frame`. Returns nothing if the frame holds no whole datagram, or not yet; counts() says

@@ -111,6 +111,66 @@ TEST(PcapSource, ReadsTheLinkTypesThatCapturesOfVehiclesHave) {
   }
 }
 
+/// What stands between the addresses of Ethernet and IP, and in front of a frame, where a computer captures on its
+/// switch, a connection to a provider, or a Mac.
+TEST(PcapSource, ReadsWhatIsInsideOtherHeaders) {
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const Bytes v6 = test::ipv6_packet(test::udp_segment("v6", 2368));
+  const Bytes ethernet = test::ethernet_frame(v4);
+  const Bytes ppp4 = ByteWriter(true).u16(0x0021).raw(v4).bytes();
+  const auto behind_addresses = [](const Bytes& rest) { return ByteWriter(true).zeros(12).raw(rest).bytes(); };
+  const auto session = [](const Bytes& ppp) {
+    return ByteWriter(true).u16(0x8864).u16(0x1100).u16(7).u16(static_cast<unsigned>(ppp.size())).raw(ppp).bytes();
+  };
+  const Bytes in_vlan = ByteWriter(true).u16(0x8100).u16(5).raw(session(ppp4)).bytes();
+  const Bytes short_ppp6 = ByteWriter(true).u8(0x57).raw(v6).bytes();
+  const Bytes labels = ByteWriter(true).u16(0x8847).u32(0x00010040).u32(0x00011140).raw(v4).bytes();
+  const Bytes labels_in_ppp = ByteWriter(true).u16(0x0281).u32(0x00011140).raw(v4).bytes();
+  const Bytes snap = ByteWriter(true).u16(300).u32(0xAAAA0300).u16(0).u16(0x0800).raw(v4).bytes();
+  const Bytes dsa = ByteWriter(true).u32(0x40000001).u16(0x0800).raw(v4).bytes();
+  const Bytes edsa = ByteWriter(true).u16(0xDADA).u16(0).u32(0x40000001).u16(0x0800).raw(v4).bytes();
+  const Bytes before = ByteWriter(true).u32(0x20000001).raw(ethernet).bytes();
+  const Bytes serial = ByteWriter(true).u16(0xFF03).raw(ppp4).bytes();
+  const Bytes pktap = ByteWriter(false).u32(108).u32(1).u32(1).zeros(96).raw(ethernet).bytes();
+  const Bytes ppi = ByteWriter(false).u8(0).u8(0).u16(8).u32(1).raw(ethernet).bytes();
+  const struct {
+    std::uint32_t link;
+    Bytes frame;
+    const char* payload;
+  } cases[] = {{1, behind_addresses(session(ppp4)), "v4"},
+               {1, behind_addresses(in_vlan), "v4"},
+               {1, behind_addresses(session(short_ppp6)), "v6"},
+               {1, behind_addresses(labels), "v4"},
+               {1, behind_addresses(snap), "v4"},
+               {9, ppp4, "v4"},
+               {9, labels_in_ppp, "v4"},
+               {50, serial, "v4"},
+               {284, behind_addresses(dsa), "v4"},
+               {285, behind_addresses(edsa), "v4"},
+               {281, behind_addresses(dsa), "v4"},
+               {282, before, "v4"},
+               {258, pktap, "v4"},
+               {149, pktap, "v4"},
+               {192, ppi, "v4"}};
+  for (const auto& c : cases) {
+    const Read read = read_bytes(PcapWriter(c.link).frame(kTime, c.frame).bytes());
+    EXPECT_THAT(read.payloads, ElementsAre(c.payload)) << "link type " << c.link << ", " << c.frame.size() << " bytes";
+    EXPECT_TRUE(read.faults.empty());
+    // Cut anywhere, it is no datagram, and nothing is read behind its end.
+    for (std::size_t size = 0; size + 1 < c.frame.size(); ++size)
+      EXPECT_THAT(read_bytes(PcapWriter(c.link).frame(kTime, std::span(c.frame).first(size)).bytes()).payloads,
+                  testing::IsEmpty());
+  }
+  // A header that is longer than its frame, and one around another kind of frame, are of a link type that is not read.
+  const Bytes longer = ByteWriter(false).u32(4000).u32(1).u32(1).zeros(96).raw(ethernet).bytes();
+  const Bytes radio = ByteWriter(false).u8(0).u8(0).u16(8).u32(105).raw(ethernet).bytes();
+  for (const auto& [link, frame, told] : {std::tuple(258u, longer, "258"), std::tuple(192u, radio, "105")}) {
+    const Read read = read_bytes(PcapWriter(link).frame(kTime, frame).bytes());
+    ASSERT_EQ(read.faults.size(), 1u);
+    EXPECT_THAT(read.faults[0].detail, HasSubstr(told));
+  }
+}
+
 TEST(PcapSource, JoinsFragmentsInAnyOrder) {
   const std::string payload(3000, 'f');
   const Bytes segment = test::udp_segment(payload + "end", 2368);
