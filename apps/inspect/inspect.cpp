@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "apps/exit_code.hpp"
+#include "apps/inspect/foreign_file.hpp"
 #include "apps/log.hpp"
 #include "core/input_file.hpp"
 #include "core/input_folder.hpp"
@@ -133,7 +134,10 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   // A log of a CAN bus: an ASC file begins with its date, a line of candump with its time or its interface, a trace of
   // version 1.1 or later with that, a BLF with a signature, a table with the names of its columns. The name counts if
   // nothing else fits: receivers' logs in ASCII have it, too.
-  const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_log_of_device(types, *first);
+  const bool is_device_log = is_log_of_device(types, *first);
+  if (const std::string foreign = foreign_file(*first); !is_device_log && !foreign.empty())
+    return {nullptr, Error{ErrorCode::Unsupported, path + " " + foreign}};
+  const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_device_log;
   if (drivers::is_blf(head) || is_named_can || begins("date "sv) || begins(";$FILEVERSION="sv) ||
       begins("$STARTTIME="sv) || drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
       drivers::is_candump(*first))

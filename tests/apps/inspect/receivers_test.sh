@@ -96,6 +96,25 @@ says 'id +321'
 printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
 ends 3 "$hueline" inspect silent
 says 'silent: no line of it is a frame of a CAN bus'
+# Recordings and results of known kinds that are not read are told by what they are, whatever their names promise.
+printf '%% program   : RTKPOST ver.2.4.3\n' >path.pos
+ends 3 "$hueline" inspect path.pos
+says 'path.pos is a solution of RTKLIB'
+printf '%60s%s\n' '     3.04           OBSERVATION DATA    M                   ' 'RINEX VERSION / TYPE' >day.obs
+ends 3 "$hueline" inspect day.obs
+says 'day.obs is a RINEX file'
+printf '<OK\r\n[COM1]\r\n<BESTPOS COM1 0 65.0 FINESTEERING 1687 419192.035 00000000 3681 3153\r\n<     SOL_COMPUTED SINGLE 51.1\r\n' >short.asc
+ends 3 "$hueline" inspect short.asc
+says 'short.asc holds logs of a NovAtel receiver in abbreviated ASCII'
+printf 'Com1>\r\n\252\104\021\362\1\0\0\0\14\0\0\0' >old.gps
+ends 3 "$hueline" inspect old.gps
+says 'old.gps holds logs of a NovAtel OEM3'
+printf 'Com1>\r\n\252\104\021\363\1\0\0\0\14\0\0\0' >damaged.gps
+ends 3 "$hueline" inspect damaged.gps
+if grep -q OEM3 said.txt; then fail "a wrong check sum makes a message of an OEM3"; fi
+printf '\323\0\2\1\2\3\4\5\323\0\2\1\2\3\4\5' >base.rtcm
+ends 3 "$hueline" inspect base.rtcm
+says 'base.rtcm holds corrections'
 # No geoid: the height above the ellipsoid is not known, and none is shown.
 printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,*7D\r\n' >flat
 ends 0 "$hueline" inspect flat
