@@ -65,6 +65,18 @@ std::string selection(const drivers::DbcSignal& signal) {
   return out + fmt::format(" multiplexed by {}: {}", signal.selector, values);
 }
 
+/// Says what a log has beside frames: "12 objects of Ethernet, 3 of LIN".
+std::string in_words(const std::map<std::string, std::uint64_t>& others) {
+  std::string out;
+  for (const auto& [kind, count] : others)
+    out += fmt::format("{}{}{} of {}", out.empty() ? "" : ", ", count,
+                       !out.empty() ? ""
+                       : count == 1 ? " object"
+                                    : " objects",
+                       kind);
+  return out;
+}
+
 }  // namespace
 
 Inspection inspect_can_log(const std::string& path, const std::string& dbc_path) {
@@ -116,8 +128,11 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
     for (const drivers::DbcValue& value : drivers::decode(*described, frame.bytes()))
       message.signals[value.signal->name].take(value);
   }
+  const std::map<std::string, std::uint64_t> others = source.passed_over();
   if (frames == 0 && out.trouble.ok())
-    out.trouble = Error{ErrorCode::Malformed, path + ": no line of it is a frame of a CAN bus"};
+    out.trouble = Error{ErrorCode::Malformed, path + (others.empty() ? ": no line of it is a frame of a CAN bus"
+                                                                     : ": it has no frame of a CAN bus, but " +
+                                                                           in_words(others) + ", which are not read")};
   // A file that only its name makes a log of a bus: what is wrong with its first line is not all.
   if (frames == 0 && !out.trouble.ok() && out.trouble.error().message.starts_with(path + ": line "))
     out.trouble = Error{ErrorCode::Malformed, fmt::format("{}: no frame of a CAN bus could be read: {}", path,
@@ -128,6 +143,7 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
   json["frames"] = frames;
   json["duration_s"] = to_seconds(last - first);
   for (const auto& [channel, count] : channels) json["frames_by_channel"][channel] = count;
+  if (!others.empty()) json["objects_passed_over"] = others;
   auto& list = json["messages"] = Json::array();
   for (const auto& [where, message] : messages) {
     const auto& [channel, id] = where;

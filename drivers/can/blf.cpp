@@ -41,6 +41,27 @@ constexpr bool is_frame(std::uint32_t type) {
   return type == kMessage || type == kError || type == kErrorExt || type == kMessage2 || type == kFdMessage ||
          type == kFdMessage64 || type == kFdError64;
 }
+/// The kind of an object without a frame of a CAN bus, in words.
+const char* kind_of(std::uint32_t type) {
+  switch (type) {
+    case 71:
+    case 120:
+    case 121:
+      return "Ethernet";
+    case 11:
+    case 57:
+      return "LIN";
+    case 29:
+    case 41:
+    case 50:
+    case 66:
+      return "FlexRay";
+    case 46:
+      return "GPS";
+    default:
+      return "other kinds";
+  }
+}
 constexpr std::uint32_t kFrameMost = 65536;           // bytes of an object with a frame
 constexpr std::uint32_t kContainerHeader = 16;        // method (u16), 6 bytes, size of the content (u32), 4 bytes
 constexpr std::uint32_t kContainerMost = 64'000'000;  // bytes, packed or not; Vector's programs write 128 KiB
@@ -180,7 +201,10 @@ Result<bool> BlfReader::fill() {
       }
       return true;
     }
-    if (!is_frame(type) || size > kFrameMost) continue;
+    if (!is_frame(type) || size > kFrameMost) {
+      ++passed_over_[kind_of(type)];
+      continue;
+    }
     const std::size_t before = objects_.size();
     objects_.resize(before + size);
     if (Status status = read(begin, std::span(objects_).subspan(before)); !status.ok()) return status.error();
@@ -250,6 +274,7 @@ Result<std::optional<CanLogEntry>> BlfReader::next() {
             fmt::format("an object in the container at byte {} says that it has {} bytes", container_at_, size));
       }
       if (!is_frame(type) || (version != 1 && version != 2) || size > kFrameMost) {
+        ++passed_over_[kind_of(type)];
         skip_ = size;
         continue;
       }

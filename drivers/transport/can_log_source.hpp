@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -36,6 +38,10 @@ class CanLogSource final : public PacketSource {
   Status open() override;
   /// Returns the interface that the log names for the latest frame; empty: the log has none, but numbers.
   const std::string& interface() const { return interface_; }
+  /// Returns what stands in the log beside frames of a CAN bus, by its kind in words (only a BLF has other kinds).
+  std::map<std::string, std::uint64_t> passed_over() const {
+    return blf_ ? blf_->passed_over() : std::map<std::string, std::uint64_t>();
+  }
   Result<Packet> next(std::stop_token stop) override;
   void close() override {
     file_.reset();

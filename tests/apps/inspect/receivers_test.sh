@@ -96,6 +96,11 @@ says 'id +321'
 printf ';$FILEVERSION=1.1\r\n;\r\n' >silent
 ends 3 "$hueline" inspect silent
 says 'silent: no line of it is a frame of a CAN bus'
+# A BLF may have recorded other networks of a vehicle alone.
+{ printf 'LOGG\220\0\0\0'; head -c 136 /dev/zero; printf 'LOBJ\40\0\1\0\50\0\0\0\107\0\0\0'; head -c 24 /dev/zero; } >other.blf
+ends 3 "$hueline" inspect other.blf
+says 'other.blf: it has no frame of a CAN bus, but 1 object of Ethernet, which are not read'
+says 'Ethernet +1'
 # Recordings and results of known kinds that are not read are told by what they are, whatever their names promise.
 printf '%% program   : RTKPOST ver.2.4.3\n' >path.pos
 ends 3 "$hueline" inspect path.pos

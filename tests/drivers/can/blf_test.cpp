@@ -6,6 +6,8 @@
 #include <libdeflate.h>
 #include <linux/can/error.h>
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,10 +20,12 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 struct Read {
   std::vector<CanLogEntry> entries;
   std::vector<std::string> troubles;
+  std::map<std::string, std::uint64_t> passed_over;
 };
 Read read(const std::filesystem::path& path) {
   Read out;
@@ -39,6 +43,7 @@ Read read(const std::filesystem::path& path) {
       out.entries.push_back(**entry);
     }
   }
+  out.passed_over = reader.passed_over();
   return out;
 }
 std::vector<std::uint32_t> ids(const Read& log) {
@@ -109,6 +114,21 @@ TEST(Blf, ARealLogOfFdFrames) {
     ASSERT_EQ(one.frame.length, 64);
     for (int i = 0; i < 64; ++i) EXPECT_EQ(one.frame.data[static_cast<std::size_t>(i)], i);
   }
+}
+
+/// Loggers of a vehicle record its other networks into the same file.
+TEST(Blf, WhatIsPassedOverIsCountedByItsKind) {
+  const std::string body(40, 'x');
+  const Read log =
+      read_bytes(log_of(object(71, body, 1) +
+                        container(object(120, body, 2) + object(11, body, 3) + message(0x123, 4) + object(66, body, 5) +
+                                  object(96, body, 6)) +
+                        container(object(57, std::string(900, 'x'), 7).substr(0, 500), false) +
+                        container(object(57, std::string(900, 'x'), 7).substr(500), false) + object(46, body, 8)));
+  EXPECT_THAT(log.troubles, ElementsAre());
+  EXPECT_THAT(ids(log), ElementsAre(0x123));
+  EXPECT_THAT(log.passed_over, ElementsAre(Pair("Ethernet", 2), Pair("FlexRay", 1), Pair("GPS", 1), Pair("LIN", 2),
+                                           Pair("other kinds", 1)));
 }
 
 TEST(Blf, EveryFormOfFrame) {
