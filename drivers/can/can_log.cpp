@@ -70,8 +70,9 @@ Entry take_candump_columns(std::string_view line, std::span<const std::string_vi
 bool take_candump_time(std::string_view& line, nanoseconds& out) {
   const std::size_t end = line.find(')');
   if (end == std::string_view::npos) return false;
-  const std::string_view text = line.substr(1, end - 1);
+  std::string_view text = line.substr(1, end - 1);
   line.remove_prefix(end + 1);
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));  // some programs write it in columns
   if (seconds(text, out)) return true;
   const auto parts = words_of(text, "-: ");
   UtcTime utc;
@@ -107,11 +108,14 @@ Entry take_candump_frame(std::string_view line, std::string_view text, CanLogEnt
   return Entry(out);
 }
 
-/// Returns whether a line is one of candump without a time: vcan0  044   [5]  2A 36 6C 2B BA.
+/// Returns whether a line is one of candump without a time: vcan0  044   [5]  2A 36 6C 2B BA. With option -x three
+/// columns stand before the id: vcan0  RX - -  044   [5]  2A 36 6C 2B BA.
 bool is_candump_without_time(std::string_view line) {
   const auto words = words_of(line);
+  const std::size_t id = words.size() > 1 && (words[1] == "RX" || words[1] == "TX") ? 4 : 1;
   CanFrame frame;
-  return words.size() > 2 && words[2].starts_with('[') && words[2].ends_with(']') && take_candump_id(words[1], frame);
+  return words.size() > id + 1 && words[id + 1].starts_with('[') && words[id + 1].ends_with(']') &&
+         take_candump_id(words[id], frame);
 }
 
 /// Returns the columns of a version of TRC below 2.1, whose files do not name them.

@@ -211,6 +211,8 @@ TEST(CanLog, CandumpForPeople) {
   ASSERT_TRUE(entry.ok() && *entry) << entry.error().message;
   EXPECT_TRUE((*entry)->frame.is_extended && (*entry)->frame.is_fd && (*entry)->frame.is_local);
   EXPECT_EQ((*entry)->frame.length, 12);
+  EXPECT_EQ((*log.take("(         1.250000) can0 321#11"))->time, nanoseconds(1'250'000'000));  // in columns
+  EXPECT_FALSE(log.take("(     ) can0 321#11").ok());
   EXPECT_TRUE((*log.take(" (1.5)  can0  321   [4]  remote request"))->frame.is_remote);
   EXPECT_TRUE((*log.take(" (1.5)  can0  20000004   [8]  00 04 00 00 00 00 00 00   ERRORFRAME"))->frame.is_error);
   EXPECT_EQ((*log.take(" (1.5)  can0  321   [0]"))->frame.length, 0);
@@ -432,9 +434,10 @@ TEST(CanLog, TracesThatPeakConverterHasWritten) {
 /// Lines of `candump can0`, and where a log of candump begins.
 TEST(CanLog, FramesOfCandumpWithoutATimeAreRefused) {
   EXPECT_FALSE(CanLogParser().take("  can0  09F8017F   [8]  E8 AC 51 19 BE AB 6D D5").ok());
+  EXPECT_FALSE(CanLogParser().take("  can0  RX - -  43F   [2]  1A 7F   '..'").ok());
   EXPECT_TRUE(CanLogParser().take("# can0 with a [note]").ok());
   for (const char* log : {"(1.0) can0 321#11", " (1.0)  can0  321   [1]  11", "\n(1.0) can0 321#11",
-                          "# a note\r\n\r\n(1.0) can0 321#11", "  can0  321   [0]"})
+                          "# a note\r\n\r\n(1.0) can0 321#11", "  can0  321   [0]", "  can0  TX - -  321   [1]  11"})
     EXPECT_TRUE(is_candump(log)) << log;
   for (const char* other : {"", "\n\n", "# a note", "(a) text\n", "base hex", "can0 is [not] a log"})
     EXPECT_FALSE(is_candump(other)) << other;
