@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace hueline::drivers {
@@ -36,8 +38,15 @@ struct Scanner {
     skip_blanks();
     if (rest.starts_with('+')) rest.remove_prefix(1);
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-    if (error != std::errc()) return false;
-    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    const std::string_view taken = rest.substr(0, static_cast<std::size_t>(end - rest.data()));
+    if (error == std::errc::result_out_of_range && std::is_floating_point_v<T>) {
+      // Editors write the limits of a signal of many bits as a number beyond those of a double, such as 4.4e481.
+      const bool is_tiny = taken.find("e-") != std::string_view::npos || taken.find("E-") != std::string_view::npos;
+      value = is_tiny ? T{} : taken.starts_with('-') ? std::numeric_limits<T>::lowest() : std::numeric_limits<T>::max();
+    } else if (error != std::errc()) {
+      return false;
+    }
+    rest.remove_prefix(taken.size());
     return true;
   }
 };

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 
 #include "drivers/can/dbc.hpp"
@@ -95,6 +96,21 @@ TEST(Dbc, AnIdOfMoreThan11BitsIsExtended) {
   const Dbc dbc = read_dbc("BO_ 13274 A: 5 X\n SG_ a : 0|8@1+ (1,0) [0|1.84467e+19] \"\" X\nVAL_ 13274 a 1 \"on\" ;\n");
   ASSERT_NE(dbc.find(13274, true), nullptr);
   EXPECT_EQ(dbc.find(13274, true)->signals.at(0).words.at(1), "on");
+}
+
+/// As an editor of DBC files writes the limits of a signal with many bits.
+TEST(Dbc, LimitsBeyondThoseOfADoubleAreLimits) {
+  const Dbc dbc = read_dbc(
+      "BO_ 1 A: 8 X\n SG_ a : 0|8@1+ (1,0) [0|4.446241647709404462001681407E+481] \"\" X\n"
+      " SG_ b : 8|8@1- (1,0) [-1e999|1e-999] \"\" X\n SG_ c : 16|8@1+ (1,0) [0|] \"\" X\n");
+  ASSERT_EQ(dbc.troubles.size(), 1u);
+  EXPECT_THAT(dbc.troubles[0], HasSubstr("line 4: [min|max]"));
+  const auto& signals = dbc.find(1, false)->signals;
+  ASSERT_EQ(signals.size(), 2u);
+  EXPECT_EQ(signals[0].signal.max, std::numeric_limits<double>::max());
+  EXPECT_EQ(signals[1].signal.min, std::numeric_limits<double>::lowest());
+  EXPECT_EQ(signals[1].signal.max, 0);
+  EXPECT_THAT(values(dbc, 1, false, {7, 0xFF, 0, 0, 0, 0, 0, 0}), ElementsAre(Pair("a", 7), Pair("b", -1)));
 }
 
 TEST(Dbc, AMessageInsideACommentIsNone) {
