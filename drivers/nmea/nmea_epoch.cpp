@@ -36,6 +36,9 @@ std::optional<int> two_digits(std::string_view text, std::size_t at) {
   return (a - '0') * 10 + (b - '0');
 }
 
+/// Returns the year that two digits mean; a year of four digits is itself.
+int full_year(int year) { return year >= 100 ? year : year < kFirstYear ? 2000 + year : 1900 + year; }
+
 /// Returns the time since midnight of "hhmmss.sss", with any number of decimals up to nanoseconds. A leap second is 60.
 std::optional<nanoseconds> time_of_day(std::string_view text) {
   const auto hour = two_digits(text, 0), minute = two_digits(text, 2), second = two_digits(text, 4);
@@ -173,12 +176,12 @@ bool NmeaEpoch::take(const NmeaSentence& s, HostTime received, std::vector<Measu
       epoch.is_valid |= s.field(2) == "A";
       if (const auto knots = s.number(7); knots && !epoch.speed) epoch.speed = *knots * kMetresPerSecondPerKnot;
       if (const auto track = s.number(8); track && !epoch.track) epoch.track = track;
-      if (day && month && year) take_date({(*year < kFirstYear ? 2000 : 1900) + *year, *month, *day}, received, out);
+      if (day && month && year) take_date({full_year(*year), *month, *day}, received, out);
       break;
     }
-    case kZda:
-      if (const auto day = s.whole(2), month = s.whole(3), year = s.whole(4); day && month && year)
-        take_date({*year, *month, *day}, received, out);
+    case kZda:  // the standard wants four digits of the year; a plotter (Navico GoFree) writes two
+      if (const auto day = s.whole(2), month = s.whole(3), year = s.whole(4); day && month && year && *year >= 0)
+        take_date({full_year(*year), *month, *day}, received, out);
       break;
     case kGst:
       if (const auto north = s.number(6), east = s.number(7), up = s.number(8);

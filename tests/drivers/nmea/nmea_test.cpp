@@ -45,6 +45,21 @@ TEST(Nmea, JoinsTheSentencesOfAnEpoch) {
   EXPECT_EQ(heard.all<TimeLabel>()[0].second, utc(1, 12, 0, 0));
 }
 
+/// As a plotter writes the date in ZDA, with and without RMC beside it.
+TEST(Nmea, AYearOfTwoDigitsInZdaIsThatOfRmc) {
+  const Bytes zda = nmea("GPZDA,120000,01,03,26,-02,00");
+  const Bytes rmc = nmea("GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,0.7,E,A");
+  const Bytes gga = nmea("GPGGA,120000,4718.0,N,00830.0,E,1,08,1.1,400,M,50,M,,");
+  for (const Bytes& log : {gga + zda, gga + rmc + zda}) {
+    const Heard heard = decode(log);
+    EXPECT_TRUE(heard.all<Fault>().empty());
+    ASSERT_EQ(heard.all<GnssFix>().size(), 1u);
+    EXPECT_EQ(heard.all<GnssFix>()[0].time, utc(1, 12, 0, 0));
+    ASSERT_EQ(heard.all<TimeLabel>().size(), 1u);
+    EXPECT_EQ(heard.all<TimeLabel>()[0].second, utc(1, 12, 0, 0));
+  }
+}
+
 /// As terminals and loggers write them.
 TEST(Nmea, SentencesMayStandBehindATimeOrInQuotationMarks) {
   const Bytes gga = nmea("GNGGA,120000.00,4718.0000,N,00830.0000,E,4,12,0.8,400.123,M,50.000,M,1.0,0001"),
