@@ -231,8 +231,11 @@ std::string CaptureDevices::lone_packets() const {
 
 std::string CaptureDevices::why_undecoded(std::uint64_t packets) const {
   if (packets == 0) return "holds neither UDP datagrams nor TCP streams";
-  if (const std::string unknown = unknown_models(); !unknown.empty()) return unknown + ": it is counted, not decoded";
-  if (const std::string lone = lone_packets(); !lone.empty()) return lone + ": they are counted, not decoded";
+  // A few packets of something else may look like those of a device: the others say what the capture is.
+  const std::string in_all = ". In all: " + strangers_in_words();
+  if (const std::string unknown = unknown_models(); !unknown.empty())
+    return unknown + ": it is counted, not decoded" + in_all;
+  if (const std::string lone = lone_packets(); !lone.empty()) return lone + ": they are counted, not decoded" + in_all;
   std::string kinds, streams;
   for (const Listening& one : listening_)
     kinds += (kinds.empty() ? "" : " or ") + std::string(one.type->files.capture.kind);

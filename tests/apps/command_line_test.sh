@@ -130,7 +130,7 @@ octal() { printf '%b' "$1"; }
     head -c 12 /dev/zero; octal '\010\0\0105\0\04\0322\0\01\0\0\0100\021\0\0\0300\0250\01\0311\0300\0250\01\0106'  # IPv4
     octal '\011\0100\011\0100\04\0276\0\0'; head -c 1204 /dev/zero; octal '\067\0231'  # UDP to 2368; strongest return, product 0x99
   done; } >unknown.pcap
-told 3 "unknown.pcap: a Velodyne of product 0x99; known: 0x22 \(VLP-16\), 0x21 \(HDL-32E\), 0x24 \(Puck Hi-Res\), 0x28 \(VLP-32C\), 0xA1 \(VLS-128\): it is counted, not decoded" inspect unknown.pcap
+told 3 "unknown.pcap: a Velodyne of product 0x99; known: 0x22 \(VLP-16\), 0x21 \(HDL-32E\), 0x24 \(Puck Hi-Res\), 0x28 \(VLP-32C\), 0xA1 \(VLS-128\): it is counted, not decoded. In all: [0-9]+ packets? of 1206 bytes on average from" inspect unknown.pcap
 says '^datagrams +3'
 
 # Progress: where every line stays, a line is written when something changes and once a minute. On a terminal one line is rewritten each
