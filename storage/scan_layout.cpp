@@ -184,7 +184,7 @@ Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFor
       format = ScanFormat::Las;
     else if (text.starts_with("ply\n") || text.starts_with("ply\r"))
       format = ScanFormat::Ply;
-    else if (text.starts_with("# .PCD") || text.starts_with("VERSION"))
+    else if (text.starts_with("# .PCD") || text.starts_with("VERSION") || text.starts_with("FIELDS"))
       format = ScanFormat::Pcd;
     else if (text.starts_with("ASTM-E57"))
       return unsupported(file, "E57 is not read (Debian 12 has no library for it): export LAS, PLY or text");

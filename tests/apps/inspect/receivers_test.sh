@@ -120,6 +120,10 @@ if grep -q OEM3 said.txt; then fail "a wrong check sum makes a message of an OEM
 printf '\323\0\2\1\2\3\4\5\323\0\2\1\2\3\4\5' >base.rtcm
 ends 3 "$hueline" inspect base.rtcm
 says 'base.rtcm holds corrections'
+# Some programs write neither the comment nor the version in front of the fields of a PCD.
+printf 'FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n' >plain.pcd
+ends 0 "$hueline" inspect plain.pcd
+says 'points +1'
 # No geoid: the height above the ellipsoid is not known, and none is shown.
 printf '$GPRMC,120000,A,4718.0,N,00830.0,E,0,0,010326,,,A*74\r\n$GPGGA,120000,4718.0,N,00830.0,E,1,8,1.0,400,M,,M,,*7D\r\n' >flat
 ends 0 "$hueline" inspect flat
