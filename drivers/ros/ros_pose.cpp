@@ -225,7 +225,7 @@ void RosPose::give(const Pose& pose, const Eigen::Vector3d& velocity, std::vecto
   const Attitude attitude = attitude_from_enu_body(pose.q_enu_flu * flu_from_body);
   RosSolution solution;
   solution.time = from_unix(pose.time + shift_);
-  RosSolution::Values& values = solution.values.emplace();
+  RosSolutionValues& values = solution.values.emplace();
   values.status = kSolutionGood;
   values.place = {pose.place.latitude / kDegree, pose.place.longitude / kDegree, pose.place.ellipsoidal_height};
   values.velocity = {velocity.y(), velocity.x(), velocity.z()};

@@ -45,7 +45,7 @@ std::optional<GpsTime> take_gps_driver_time(RosReader& in) {
   return in.ok() ? time_in_week(week, in_week_s) : std::nullopt;
 }
 
-void take_values(RosReader& in, bool has_undulation, RosSolution::Values& out) {
+void take_values(RosReader& in, bool has_undulation, RosSolutionValues& out) {
   for (double& value : out.place) value = in.take<double>();
   if (has_undulation) out.place[2] += static_cast<double>(in.take<float>());  // above the geoid, plus its undulation
   for (auto* three : {&out.velocity, &out.angles})
@@ -79,13 +79,13 @@ std::optional<RosSolution> take_solution(std::string_view type, RosReader in) {
   auto time = has_words ? take_gps_driver_time(in) : take_oem7_time(in);
   const auto take_status = [&] { return has_words ? ins_status_of(in.take_string()) : in.take<std::uint32_t>(); };
   if (solution_states_sigmas(type)) {
-    RosSolution::Values& values = out.values.emplace();
+    RosSolutionValues& values = out.values.emplace();
     values.status = take_status();
     take_status();  // the kind of position
     take_values(in, true, values);
     take_sigmas(in, out);
   } else if (carries_solution(type)) {
-    RosSolution::Values& values = out.values.emplace();
+    RosSolutionValues& values = out.values.emplace();
     if (has_words) {  // the time once more, finer than in the header
       const auto week = in.take<std::uint32_t>();
       time = time_in_week(week, in.take<double>());

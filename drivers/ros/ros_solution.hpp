@@ -21,17 +21,19 @@ bool solution_states_sigmas(std::string_view type);
 /// novatel_oem7_msgs, Insstdev of novatel_gps_msgs.
 bool carries_solution_sigmas(std::string_view type);
 
-/// What one message says, in the order and the units of the receiver's log INSPVA.
+/// A solution, in the order and the units of the receiver's log INSPVA.
+struct RosSolutionValues {
+  std::array<double, 3> place{};     ///< latitude and longitude, deg; ellipsoidal height, m
+  std::array<double, 3> velocity{};  ///< north, east, up, m/s
+  std::array<double, 3> angles{};    ///< roll, pitch, azimuth, deg
+  std::uint32_t status = 0;          ///< of the inertial solution
+};
+
+/// What one message says.
 struct RosSolution {
-  UnixTime stamp{};  ///< header.stamp
-  GpsTime time{};    ///< by the receiver's clock
-  struct Values {
-    std::array<double, 3> place{};     ///< latitude and longitude, deg; ellipsoidal height, m
-    std::array<double, 3> velocity{};  ///< north, east, up, m/s
-    std::array<double, 3> angles{};    ///< roll, pitch, azimuth, deg
-    std::uint32_t status = 0;          ///< of the inertial solution
-  };
-  std::optional<Values> values;               ///< nothing: the message has sigmas alone
+  UnixTime stamp{};                           ///< header.stamp
+  GpsTime time{};                             ///< by the receiver's clock
+  std::optional<RosSolutionValues> values;    ///< nothing: the message has sigmas alone
   std::optional<std::array<float, 9>> sigma;  ///< of the values, in the same order and units
 };
 
