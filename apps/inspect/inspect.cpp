@@ -126,7 +126,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (drivers::is_capture(head))
     return drivers::is_can_capture(path) ? inspect_can_log(path, dbc_path) : inspect_capture_file(path, types);
   // Some programs write neither the comment nor VERSION in front of the fields.
-  if (begins("# .PCD"sv) || (ends_with(path, ".pcd") && (begins("VERSION"sv) || begins("FIELDS"sv))))
+  if (begins("# .PCD"sv) || (ends_with(path, ".pcd") && (begins("#"sv) || begins("VERSION"sv) || begins("FIELDS"sv))))
     return inspect_cloud(path, "PCD");
   if (storage::is_ply(head)) return inspect_cloud(path, "PLY");
   if (begins("\x93NUMPY"sv)) return inspect_cloud(path, "NumPy array");
