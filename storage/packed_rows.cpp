@@ -82,6 +82,32 @@ HWY_INLINE Sample any_of(const Sample* block) {
   return static_cast<Sample>(any);
 }
 
+/// Writes the bits of the lanes from sample `at` on to their places in a plane. Lanes come in order: the first ones of
+/// a byte clear it.
+template <class D, class M>
+HWY_INLINE void store_bits(D d, M bits, std::uint8_t* plane, std::size_t at) {
+  if constexpr (hn::MaxLanes(D()) >= 8) {
+    hn::StoreMaskBits(d, bits, plane + at / 8);
+  } else {  // a processor without vectors
+    std::array<std::uint8_t, kMaskSlack> few{};
+    hn::StoreMaskBits(d, bits, few.data());
+    const unsigned before = at % 8 == 0 ? 0 : plane[at / 8];
+    plane[at / 8] = static_cast<std::uint8_t>(before | static_cast<unsigned>(few[0]) << (at % 8));
+  }
+}
+
+/// Reads what store_bits() wrote.
+template <class D>
+HWY_INLINE hn::Mask<D> load_bits(D d, const std::uint8_t* plane, std::size_t at) {
+  if constexpr (hn::MaxLanes(D()) >= 8) {
+    return hn::LoadMaskBits(d, plane + at / 8);
+  } else {
+    std::array<std::uint8_t, kMaskSlack> few{};
+    few[0] = static_cast<std::uint8_t>(plane[at / 8] >> (at % 8));
+    return hn::LoadMaskBits(d, few.data());
+  }
+}
+
 /// Writes the planes of a block. Returns the number of bits of its samples.
 template <class Sample>
 HWY_INLINE int pack_block(const std::uint8_t* samples, const std::uint8_t* above, int shift, std::uint8_t* out) {
@@ -99,7 +125,7 @@ HWY_INLINE int pack_block(const std::uint8_t* samples, const std::uint8_t* above
   for (int k = 0; k < width; ++k) {
     const auto bit = hn::Set(d, static_cast<Sample>(1u << k));
     for (std::size_t i = 0; i < kRowBlock; i += hn::Lanes(d))
-      hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, block.data() + i), bit), out + i / 8);
+      store_bits(d, hn::TestBit(hn::Load(d, block.data() + i), bit), out, i);
     out += kPlaneBytes;
   }
   return width;
@@ -113,7 +139,7 @@ HWY_INLINE void unpack_block(const std::uint8_t* planes, int width, const std::u
   for (std::size_t i = 0; i < kRowBlock; i += hn::Lanes(d)) {
     auto value = hn::Zero(d);
     for (int k = 0; k < width; ++k) {
-      const auto mask = hn::LoadMaskBits(d, planes + static_cast<std::size_t>(k) * kPlaneBytes + i / 8);
+      const auto mask = load_bits(d, planes + static_cast<std::size_t>(k) * kPlaneBytes, i);
       value = hn::Or(value, hn::IfThenElseZero(mask, hn::Set(d, static_cast<Sample>(1u << k))));
     }
     const auto one = hn::Set(d, Sample{1});
@@ -203,18 +229,19 @@ bool unpack_words(std::span<const std::uint8_t> in, const RowsView& view, std::u
   return unpack_all<std::uint16_t>(in, view, samples);
 }
 
-/// Returns the bits that are set in any of the samples of two bytes.
+/// Returns the bits that are set in any of the samples of two bytes, in `bytes` bytes.
 std::uint16_t any_word(const std::uint8_t* samples, std::size_t bytes) {
-  const hn::ScalableTag<std::uint8_t> d;
+  const hn::ScalableTag<std::uint16_t> d;
+  const std::size_t lanes = hn::Lanes(d), words = bytes / 2;
   auto any = hn::Zero(d);
   std::size_t at = 0;
-  for (; at + hn::Lanes(d) <= bytes; at += hn::Lanes(d)) any = hn::Or(any, hn::LoadU(d, samples + at));
-  alignas(64) std::array<std::uint8_t, HWY_MAX_BYTES> lanes{};
-  hn::StoreU(any, d, lanes.data());
-  std::array<std::uint8_t, 2> out{};
-  for (std::size_t i = 0; i < hn::Lanes(d); ++i) out[i % 2] = static_cast<std::uint8_t>(out[i % 2] | lanes[i]);
-  for (; at < bytes; ++at) out[at % 2] = static_cast<std::uint8_t>(out[at % 2] | samples[at]);
-  return static_cast<std::uint16_t>(out[0] | out[1] << 8);
+  for (; at + lanes <= words; at += lanes) any = hn::Or(any, load(d, samples, at));
+  alignas(64) std::array<std::uint16_t, HWY_MAX_BYTES / 2> in_lanes{};
+  hn::Store(any, d, in_lanes.data());
+  unsigned out = 0;
+  for (std::size_t i = 0; i < lanes; ++i) out |= in_lanes[i];
+  for (; at < words; ++at) out |= static_cast<unsigned>(samples[2 * at] | samples[2 * at + 1] << 8);
+  return static_cast<std::uint16_t>(out);
 }
 
 }  // namespace hueline::storage::HWY_NAMESPACE
