@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/input_file.hpp"
+#include "core/line_words.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_header.hpp"
 
@@ -61,7 +62,7 @@ Result<PlyHeader> read_ply_header(std::string_view text, const std::string& name
   for (std::size_t begin = 0; begin < most;) {
     const std::size_t end = text.find('\n', begin);
     if (end == std::string_view::npos) break;
-    const auto words = pcd_words(text.substr(begin, end - begin));
+    const auto words = line_words(text.substr(begin, end - begin));
     begin = end + 1;
     if (words.empty()) continue;
     if (words[0] == "format" && words.size() > 1) {
@@ -237,7 +238,7 @@ Result<PcdCloud> decode_npy(std::span<const std::byte> bytes, const std::string&
   std::string numbers(shape == std::string_view::npos ? "" : header.substr(shape + 10));
   numbers.erase(std::min(numbers.find(')'), numbers.size()));
   std::ranges::replace(numbers, ',', ' ');
-  const auto words = pcd_words(numbers);
+  const auto words = line_words(numbers);
   std::size_t points = 0, columns = 0;
   if ((!is_float32 && header.find("'<f8'") == std::string_view::npos) ||
       header.find("'fortran_order': False") == std::string_view::npos || words.size() != 2 ||

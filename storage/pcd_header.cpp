@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/line_words.hpp"
+
 namespace hueline::storage {
 namespace {
 
@@ -50,18 +52,6 @@ Status check_columns(const PcdHeader& header, const std::string& name, std::size
 
 }  // namespace
 
-std::vector<std::string_view> pcd_words(std::string_view line) {
-  std::vector<std::string_view> out;
-  std::size_t i = 0;
-  while (i < line.size()) {
-    while (i < line.size() && (line[i] == ' ' || line[i] == '\t' || line[i] == '\r')) ++i;
-    const std::size_t begin = i;
-    while (i < line.size() && line[i] != ' ' && line[i] != '\t' && line[i] != '\r') ++i;
-    if (i > begin) out.push_back(line.substr(begin, i - begin));
-  }
-  return out;
-}
-
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name) {
   PcdHeader header;
   std::size_t begin = 0, line_number = 0, width = 0, height = 1;
@@ -71,7 +61,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
   while (begin < text.size()) {
     const std::size_t end = text.find('\n', begin);
     if (end == std::string_view::npos) break;
-    const auto words = pcd_words(text.substr(begin, end - begin));
+    const auto words = line_words(text.substr(begin, end - begin));
     begin = end + 1;
     ++line_number;
     if (words.empty() || words[0].starts_with('#')) continue;

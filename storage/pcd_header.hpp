@@ -43,9 +43,6 @@ struct PcdHeader {
 /// above.
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name);
 
-/// Returns the words of a line, which blanks and tabs separate.
-std::vector<std::string_view> pcd_words(std::string_view line);
-
 /// Parses a number. Returns true if the whole word is a number of type T.
 template <class T>
 bool parse_pcd_number(std::string_view word, T& out) {

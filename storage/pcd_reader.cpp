@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/input_file.hpp"
+#include "core/line_words.hpp"
 #include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
@@ -85,7 +86,7 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
   std::size_t begin = header.data_begin, row = 0;
   while (row < header.points && begin < text.size()) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const auto words = pcd_words(text.substr(begin, end - begin));
+    const auto words = line_words(text.substr(begin, end - begin));
     begin = end + 1;
     if (words.empty()) continue;
     if (words.size() != column_of.size())

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "core/line_words.hpp"
 #include "storage/las_format.hpp"
 #include "storage/pcd_header.hpp"
 #include "storage/scan_file.hpp"
@@ -60,7 +61,7 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = text.find('\n', begin);
     if (end == std::string_view::npos) break;
-    const auto words = pcd_words(text.substr(begin, end - begin));
+    const auto words = line_words(text.substr(begin, end - begin));
     begin = end + 1;
     if (words.empty()) continue;
     if (words[0] == "format" && words.size() >= 2) encoding = words[1];

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/line_words.hpp"
+
 namespace hueline::apps {
 namespace {
 
@@ -24,17 +26,8 @@ bool is_rinex(std::string_view first) {
 bool is_abbreviated_head(std::string_view line) {
   if (!line.starts_with('<') || line.size() < 2 || line[1] < 'A' || line[1] > 'Z') return false;
   constexpr std::size_t kWeek = 5, kWords = 10;
-  std::size_t words = 0;
-  for (std::size_t at = 0; at < line.size() && words <= kWords;) {
-    const std::size_t begin = line.find_first_not_of(" \r", at);
-    if (begin == std::string_view::npos) break;
-    const std::size_t end = std::min(line.find_first_of(" \r", begin), line.size());
-    const std::string_view word = line.substr(begin, end - begin);
-    if (words == kWeek && word.find_first_not_of("0123456789") != std::string_view::npos) return false;
-    ++words;
-    at = end;
-  }
-  return words >= kWords;
+  const auto words = line_words(line, " \r");
+  return words.size() >= kWords && words[kWeek].find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 /// One head that is whole, also behind a receiver's prompt: <OK, [COM1].

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/calendar.hpp"
+#include "core/line_words.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_log_words.hpp"
 
@@ -19,7 +20,6 @@ using can_words::seconds;
 using can_words::take_bytes;
 using can_words::take_digits;
 using can_words::whole;
-using can_words::words_of;
 
 using Entry = Result<std::optional<CanLogEntry>>;
 
@@ -74,7 +74,7 @@ bool take_candump_time(std::string_view& line, nanoseconds& out) {
   line.remove_prefix(end + 1);
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));  // some programs write it in columns
   if (seconds(text, out)) return true;
-  const auto parts = words_of(text, "-: ");
+  const auto parts = line_words(text, "-: ");
   UtcTime utc;
   nanoseconds in_minute{};
   if (parts.size() != 6 || !whole(parts[0], utc.year) || !whole(parts[1], utc.month) || !whole(parts[2], utc.day) ||
@@ -111,7 +111,7 @@ Entry take_candump_frame(std::string_view line, std::string_view text, CanLogEnt
 /// Returns whether a line is one of candump without a time: vcan0  044   [5]  2A 36 6C 2B BA. With option -x three
 /// columns stand before the id: vcan0  RX - -  044   [5]  2A 36 6C 2B BA.
 bool is_candump_without_time(std::string_view line) {
-  const auto words = words_of(line);
+  const auto words = line_words(line);
   const std::size_t id = words.size() > 1 && (words[1] == "RX" || words[1] == "TX") ? 4 : 1;
   CanFrame frame;
   return words.size() > id + 1 && words[id + 1].starts_with('[') && words[id + 1].ends_with(']') &&
@@ -192,7 +192,7 @@ Entry CanLogParser::take_candump(std::string_view line) {
   CanLogEntry out;
   std::string_view rest = line;
   if (!take_candump_time(rest, out.time)) return bad(line, "no time and frame");
-  const auto words = words_of(rest);
+  const auto words = line_words(rest);
   if (words.size() < 2) return bad(line, "no time and frame");
   out.interface = words[0];
   const bool is_for_people = words[1].find('#') == std::string_view::npos;
@@ -211,7 +211,7 @@ Entry CanLogParser::take_candump(std::string_view line) {
 }
 
 Entry CanLogParser::take_trc(std::string_view line) const {
-  const auto words = words_of(line);
+  const auto words = line_words(line);
   CanLogEntry out;
   CanFrame& frame = out.frame;
   std::size_t at = 0, length = 0;
@@ -263,7 +263,7 @@ Entry CanLogParser::take_trc(std::string_view line) const {
 }
 
 Entry CanLogParser::take_asc(std::string_view line) {
-  const auto words = words_of(line);
+  const auto words = line_words(line);
   if (words[0] == "base") {
     for (std::size_t i = 1; i < words.size(); ++i) {
       if (words[i] == "dec") is_hex_ = false;

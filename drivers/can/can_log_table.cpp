@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base64.hpp"
+#include "core/line_words.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_log_words.hpp"
 
@@ -21,7 +22,6 @@ using can_words::seconds;
 using can_words::take_bytes;
 using can_words::take_digits;
 using can_words::whole;
-using can_words::words_of;
 
 /// Splits a row at its commas; values may be empty.
 std::vector<std::string_view> values_of_row(std::string_view line) {
@@ -176,10 +176,10 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
 /// Reads a row: 11:49:12:9420 Rx 1 0x023 s 1 40. The last part of the time has the unit 0.1 ms.
 Result<std::optional<CanLogEntry>> CanLogTable::take_busmaster(std::string_view line) {
   if (!is_can_) return bad(line, "a row of another protocol than CAN");
-  const auto words = words_of(line);
+  const auto words = line_words(line);
   CanLogEntry out;
   CanFrame& frame = out.frame;
-  const auto parts = words_of(words[0], ":");
+  const auto parts = line_words(words[0], ":");
   std::array<unsigned, 4> clock{};
   bool is_time = parts.size() == clock.size();
   for (std::size_t i = 0; is_time && i < clock.size(); ++i) is_time = whole(parts[i], clock[i]) && clock[i] < 10'000;

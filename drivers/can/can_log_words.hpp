@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cstddef>
@@ -10,26 +9,12 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/result.hpp"
 #include "drivers/can/can_frame.hpp"
 
-/// What the readers of text logs of CAN buses share: words, times, ids and bytes.
+/// What the readers of text logs of CAN buses share: numbers, times, ids and bytes.
 namespace hueline::drivers::can_words {
-
-/// Returns the words of a line, which are separated by any of `blanks`.
-inline std::vector<std::string_view> words_of(std::string_view line, const char* blanks = " \t\r") {
-  std::vector<std::string_view> out;
-  for (std::size_t at = 0; at < line.size();) {
-    const std::size_t begin = line.find_first_not_of(blanks, at);
-    if (begin == std::string_view::npos) break;
-    const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
-    out.push_back(line.substr(begin, end - begin));
-    at = end;
-  }
-  return out;
-}
 
 template <class T>
 bool whole(std::string_view word, T& value, int base = 10) {
