@@ -141,9 +141,6 @@ namespace hueline::drivers {
 HWY_EXPORT(decode_groups);
 namespace {
 
-/// Between the time of a block and a firing the head turns less far, rad.
-constexpr float kMostTurn = 0.06f;
-
 unsigned u16(const std::byte* p) { return static_cast<unsigned>(p[0]) | static_cast<unsigned>(p[1]) << 8U; }
 
 }  // namespace
@@ -192,11 +189,13 @@ void HesaiKernel::follow(const HesaiPacket& packet) {
   if (packet.turns_per_min == turns_per_min_) return;
   turns_per_min_ = packet.turns_per_min;
   const auto rad_per_ns = static_cast<float>(turns_per_min_ * (2 * std::numbers::pi / 60e9));
+  aside_ = most_aside_;
   for (Turns* turns : {&turns_, &other_turns_})
     for (std::size_t c = 0; c < units_.channels; ++c) {
-      // The head turns by less than kMostTurn from the block's time to the firing: two terms of the series are enough.
+      // The head turns by less than 3 degrees from the block's time to the firing: two terms of the series are enough.
       const float turn = static_cast<float>(turns->time_ns[c]) * rad_per_ns, square = turn * turn;
       turns->angle[c] = turn;
+      aside_ = std::max(aside_, most_aside_ + std::abs(turn));
       turns->sine[c] = turn * (1.0f - square * (1.0f / 6));
       turns->cosine[c] = 1.0f - square * 0.5f;
     }
@@ -234,7 +233,8 @@ HesaiBlocks HesaiKernel::decode(std::span<const std::byte> bytes, const HesaiPac
     const bool is_second = !table_.times_of_second.empty() && (packet.returns == 1 ? g % 2 != 0 : packet.is_second);
     group.turns = is_second || packet.is_fine ? &other_turns_ : &turns_;
     group.azimuth = static_cast<float>(azimuth) * kAzimuthStep;
-    const float aside = most_aside_ + kMostTurn;
+    // A little more than what is aside, for the sum of three angles is rounded.
+    const float aside = aside_ + 1e-5f;
     group.is_near_north = group.azimuth < aside || group.azimuth > 2 * std::numbers::pi_v<float> - aside;
     group.direction = directions[azimuth];
     group.time_ns = since_first;

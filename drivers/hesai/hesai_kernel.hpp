@@ -70,6 +70,7 @@ class HesaiKernel {
   /// The other ones are those of every second block, or in high resolution; a model has one of them at most.
   Turns turns_{}, other_turns_{};
   float most_aside_ = 0;  ///< of the beams' azimuths, rad
+  float aside_ = 0;       ///< of a firing from its block's azimuth at the most, with what the head has turned, rad
   Units units_{};
   double step_m_ = -1, turns_per_min_ = -1;  ///< those of the latest packet
   std::vector<LaserReturn> scratch_;
