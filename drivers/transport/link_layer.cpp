@@ -111,12 +111,11 @@ LinkPayload payload_of(std::uint32_t link_type, LinkBytes frame) {
     case kEthernet:
       return by_ether_type(frame, 12);
     case kBroadcomTag:
+    case kBroadcomTagBefore:
     case kDsaTag:
       return by_ether_type(frame, 16);
     case kEdsaTag:
       return by_ether_type(frame, 20);
-    case kBroadcomTagBefore:
-      return by_ether_type(frame, 16);
     case kNull:
     case kLoop:
       return of_ip_version(behind(frame, 4));  // behind the address family of BSD
