@@ -15,6 +15,7 @@
 #include "core/input_file.hpp"
 #include "core/mutex.hpp"
 #include "core/remote_store.hpp"
+#include "core/replaced_file.hpp"
 
 namespace hueline {
 namespace {
@@ -117,6 +118,8 @@ Status check_output(const std::filesystem::path& path) {
   if (S_ISDIR(facts.st_mode)) return refused(EISDIR);
   if (S_ISREG(facts.st_mode) && is_open_input(facts)) return refused(EBUSY);
   if (::access(path.c_str(), W_OK) != 0) return refused(errno);
+  // The new file is made beside the older one.
+  if (S_ISREG(facts.st_mode) && ::access(folder.c_str(), W_OK | X_OK) != 0) return refused(errno);
   return {};
 }
 
@@ -164,8 +167,12 @@ Error output_error(const std::string& attempted, int errno_value) {
 
 Status write_output(const std::filesystem::path& path, std::string_view text) {
   const std::string attempted = "write " + path.string();
+  auto replaced = ReplacedFile::plan(path);
+  if (!replaced) return replaced.error();
   int fd = -1;
-  if (const int result = open_output(path, IfExists::Replace, fd); result != 0) return output_error(attempted, -result);
+  if (const int result = open_output(*replaced ? (*replaced)->part() : path, IfExists::Replace, fd); result != 0)
+    return output_error(attempted, -result);
+  if (*replaced) (*replaced)->begin();
   int why = 0;
   while (!text.empty() && why == 0) {
     const ssize_t written = ::write(fd, text.data(), text.size());
@@ -176,8 +183,15 @@ Status write_output(const std::filesystem::path& path, std::string_view text) {
     else if (errno != EINTR)
       why = errno;
   }
+  // EINVAL: this kind of file cannot be synced (a pipe, a device).
+  if (why == 0 && ::fdatasync(fd) != 0 && errno != EINVAL) why = errno;
   if (::close(fd) != 0 && why == 0 && errno != EINTR) why = errno;
+  if (why == 0 && *replaced) why = -(*replaced)->commit();
   return why == 0 ? Status() : Status(output_error(attempted, why));
+}
+
+Status write_output(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  return write_output(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {

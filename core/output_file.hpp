@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,8 +33,10 @@ Status check_output(const std::filesystem::path& path);
 /// Returns an Error of kind Io with errno in words and what to do about it.
 Error output_error(const std::string& attempted, int errno_value);
 
-/// Replaces the content of the file by `text` and checks every step. Errors: Io.
+/// Writes a file with `text` and checks every step. It takes the place of an older one when it is whole
+/// (core/replaced_file.hpp). Errors: Io.
 Status write_output(const std::filesystem::path& path, std::string_view text);
+Status write_output(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 /// A folder that receives a command's results. While it is open, no other OutputFolder can be the same folder, and no
 /// other program of this project opens a file in it for writing. The lock is an flock(), which ends with the process in

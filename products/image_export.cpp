@@ -216,10 +216,7 @@ Status ImageExport::write(const Exposure& exposure, const Buffer& jpeg, const fu
   });
   for (std::size_t n = 0; n < chosen.size(); ++n) {
     if (!files[n]) return files[n].error();
-    auto file = storage::FileWriter::create(folder_ / taken[n].file, IfExists::Replace);
-    if (!file) return file.error();
-    if (Status written = file->write(*files[n]); !written) return written;
-    if (Status closed = file->close(); !closed) return closed;
+    if (Status written = write_output(folder_ / taken[n].file, *files[n]); !written) return written;
     for (const auto& table : tables_) table->add(taken[n]);
     taken_.push_back(taken[n]);
     ++counts_.pictures;

@@ -14,7 +14,7 @@ class TextFile {
  public:
   /// Creates the file, or replaces it. Errors: Io.
   static Result<TextFile> create(const std::filesystem::path& path) {
-    auto file = storage::FileWriter::create(path, IfExists::Replace);
+    auto file = storage::FileWriter::replace(path);
     if (!file) return file.error();
     return TextFile(std::move(*file));
   }

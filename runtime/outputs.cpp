@@ -207,8 +207,9 @@ Status Outputs::finish(const Health* health) {
         file != std::string_view(rig_.cloud_file()) && !std::filesystem::remove(other_cloud, error) && error)
       keep(file, io_error("remove " + other_cloud.string(), error.value()));
   }
-  if (!files_->las && !files_->las_failed) keep(rig_.cloud_file(), write_output(dir_ / rig_.cloud_file(), {}));
-  if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", {}));
+  if (!files_->las && !files_->las_failed)
+    keep(rig_.cloud_file(), write_output(dir_ / rig_.cloud_file(), std::string_view()));
+  if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", std::string_view()));
   if (health != nullptr) {
     summary_.on_verdict(*health, judge_drive(rig_, *health, summary_));
     const ReportContent report = report_content(rig_, *summary_.verdict(), summary_, map_);

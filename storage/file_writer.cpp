@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <string>
-#include <string_view>
 #include <utility>
 
 namespace hueline::storage {
@@ -24,27 +22,15 @@ Result<FileWriter> FileWriter::create(const std::filesystem::path& path, IfExist
   return FileWriter(path, std::move(file));
 }
 
-Result<FileWriter> FileWriter::replace(const std::filesystem::path& path) {
-  if (Status allowed = check_output(path); !allowed) return allowed.error();
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return create(path, IfExists::Replace);
-  constexpr std::size_t kLongestName = 255;  // bytes, of Linux
-  constexpr std::string_view kPart = ".part";
-  std::string name = path.filename().string();
-  name.resize(std::min(name.size(), kLongestName - kPart.size()));
-  const std::filesystem::path temporary = path.parent_path() / name.append(kPart);
-  auto file = create(temporary, IfExists::Replace);
+Result<FileWriter> FileWriter::replace(const std::filesystem::path& path, Disk& disk) {
+  auto replaced = ReplacedFile::plan(path);
+  if (!replaced) return replaced.error();
+  if (!*replaced) return create(path, IfExists::Replace, disk);
+  auto file = create((*replaced)->part(), IfExists::Replace, disk);
   if (!file) return file;
-  file->beside_ = std::make_unique<Beside>();
-  file->beside_->temporary = temporary;
-  file->beside_->final = path;
+  file->replaced_ = std::move(*replaced);
+  file->replaced_->begin();
   return file;
-}
-
-FileWriter::Beside::~Beside() {
-  if (!temporary.empty()) ::unlink(temporary.c_str());
 }
 
 Status FileWriter::fail(const char* what, int errno_value) {
@@ -161,14 +147,9 @@ Status FileWriter::close() {
   (void)sync();  // sync() remembers its error
   if (const int result = file_->close(); result != 0) (void)fail("close", -result);
   file_.reset();
-  if (!error_ && beside_) {
-    if (::rename(beside_->temporary.c_str(), beside_->final.c_str()) != 0) {
-      (void)fail("rename", errno);
-    } else {
-      beside_->temporary.clear();
-    }
-  }
-  beside_.reset();
+  if (!error_ && replaced_)
+    if (const int result = replaced_->commit(); result != 0) (void)fail("rename", -result);
+  replaced_.reset();
   if (error_) return *error_;
   return {};
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/replaced_file.hpp"
 #include "core/result.hpp"
 #include "storage/byte_order.hpp"
 #include "storage/disk.hpp"
@@ -23,7 +24,7 @@ class FileWriter {
   /// Creates a file that takes the place of `path` when close() succeeds: what stands there stays until then, and for
   /// ever if this file is not finished. Until then its name ends with ".part". What is no file, such as a pipe or a
   /// device, is opened as it is. Errors: as create() with Replace.
-  static Result<FileWriter> replace(const std::filesystem::path& path);
+  static Result<FileWriter> replace(const std::filesystem::path& path, Disk& disk = Disk::kernel());
   FileWriter(FileWriter&&) noexcept = default;
   FileWriter& operator=(FileWriter&&) noexcept = default;
   /// Closes the file without reporting an error. Call close() to learn about errors.
@@ -68,18 +69,9 @@ class FileWriter {
   Status fail_as_cut();
   Status failed_already() const;
 
-  /// A file beside the one whose place it takes. It is removed if it does not.
-  struct Beside {
-    std::filesystem::path temporary, final;
-    Beside() = default;
-    Beside(const Beside&) = delete;
-    Beside& operator=(const Beside&) = delete;
-    ~Beside();
-  };
-
   std::filesystem::path path_;
-  std::unique_ptr<DiskFile> file_;  // null when closed
-  std::unique_ptr<Beside> beside_;  // of replace()
+  std::unique_ptr<DiskFile> file_;        // null when closed
+  std::optional<ReplacedFile> replaced_;  // of replace()
   std::uint64_t size_ = 0;
   std::optional<Error> error_;
 };

@@ -27,7 +27,7 @@ std::uint16_t checksum(ByteView header) {
 }  // namespace
 
 Result<PcapWriter> PcapWriter::create(const std::filesystem::path& path, Disk& disk) {
-  auto file = FileWriter::create(path, IfExists::Replace, disk);
+  auto file = FileWriter::replace(path, disk);
   if (!file.ok()) return file.error();
   PcapWriter out(std::move(*file));
   Bytes head;

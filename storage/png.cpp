@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/input_file.hpp"
+#include "core/output_file.hpp"
 #include "core/sample_bits.hpp"
-#include "storage/file_writer.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -74,10 +74,7 @@ Status write_png(const std::filesystem::path& path, const RgbImage& picture) {
   const std::uint8_t* pixels = picture.pixels.empty() ? nullptr : picture.pixels.data()->data();
   const Result<Bytes> bytes = encode_png({pixels, picture.width, picture.height});
   if (!bytes.ok()) return Error{bytes.error().code, path.string() + ": " + bytes.error().message};
-  Result<FileWriter> file = FileWriter::create(path, IfExists::Replace);
-  if (!file) return file.error();
-  if (Status written = file->write(ByteView(*bytes)); !written) return written;
-  return file->close();
+  return write_output(path, *bytes);
 }
 
 Result<Bytes> read_picture_file(const std::filesystem::path& path) {

@@ -35,7 +35,7 @@ ScanCloudWriter::ScanCloudWriter(FileWriter file, Format format, const std::arra
 
 Result<ScanCloudWriter> ScanCloudWriter::create(const std::filesystem::path& path, Format format,
                                                 const std::array<double, 3>& origin, const UtcTime& created) {
-  auto file = FileWriter::create(path, IfExists::Replace);
+  auto file = FileWriter::replace(path);
   if (!file.ok()) return file.error();
   ScanCloudWriter writer(std::move(file).value(), format, origin, created);
   if (format == Format::Las)

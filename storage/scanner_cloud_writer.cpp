@@ -78,7 +78,7 @@ Bytes ScannerCloudWriter::head() const {
 }
 
 Result<ScannerCloudWriter> ScannerCloudWriter::create(const std::filesystem::path& path, const Config& config) {
-  auto file = FileWriter::create(path, IfExists::Replace);
+  auto file = FileWriter::replace(path);
   if (!file.ok()) return file.error();
   ScannerCloudWriter writer(std::move(file).value(), config);
   if (Status done = writer.file_.write(writer.head()); !done.ok()) return done.error();

@@ -260,7 +260,7 @@ Result<ShotCloudNotes> write_shot_cloud(const std::filesystem::path& path, const
   notes.step_m = header.scale[0];
   notes.offset_m = header.offset;
 
-  auto file = FileWriter::create(path, IfExists::Replace);
+  auto file = FileWriter::replace(path);
   if (!file) return file.error();
   Bytes out = encode_las_header(header);
   append(out, record_of_fields);

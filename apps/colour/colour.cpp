@@ -143,7 +143,7 @@ Status write_comparison(const std::filesystem::path& path, const storage::PcdClo
   }
   const auto jpeg = storage::encode_jpeg({both.pixels[0].data(), both.width, both.height}, kJpegQuality, {});
   if (!jpeg.ok()) return jpeg.error();
-  return write_output(path, std::string_view(reinterpret_cast<const char*>(jpeg->data()), jpeg->size()));
+  return write_output(path, *jpeg);
 }
 
 int colour(const ColourOptions& options) {

@@ -8,10 +8,10 @@
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
+#include "core/output_file.hpp"
 #include "runtime/recording.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/cloud_picture.hpp"
-#include "storage/file_writer.hpp"
 #include "storage/las_reader.hpp"
 
 namespace hueline::apps {
@@ -74,13 +74,6 @@ int finish(const std::string& path, const Status& written, const std::string& sa
   return kInputUnreadable;
 }
 
-Status write_file(const std::string& path, storage::ByteView bytes) {
-  auto file = storage::FileWriter::create(path, storage::IfExists::Replace);
-  if (!file.ok()) return file.error();
-  if (Status written = file->write(bytes); !written.ok()) return written;
-  return file->close();
-}
-
 int picture(PictureOptions options) {
   if (options.above.empty() && options.street.empty() && options.moving.empty())
     throw config::ConfigError("picture: give --above PNG, --street PNG, --moving WEBP or several of them");
@@ -124,7 +117,7 @@ int picture(PictureOptions options) {
     log_error(view.error().message);
     return kInputUnreadable;
   }
-  return finish(options.moving, write_file(options.moving, view->webp),
+  return finish(options.moving, write_output(options.moving, view->webp),
                 fmt::format(": {} frames, {:.0f} kB", view->frames, static_cast<double>(view->webp.size()) / 1000),
                 view->read, status);
 }

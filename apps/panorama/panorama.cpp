@@ -17,7 +17,6 @@
 #include "core/output_file.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/version.hpp"
-#include "storage/file_writer.hpp"
 #include "storage/photo_file.hpp"
 #include "survey/drive_panoramas.hpp"
 
@@ -104,13 +103,6 @@ storage::PhotoTags tags_of(const survey::DrivePanorama& panorama, const Panorama
   return tags;
 }
 
-Status write_file(const std::filesystem::path& path, storage::ByteView bytes) {
-  auto file = storage::FileWriter::create(path, storage::IfExists::Replace);
-  if (!file.ok()) return file.error();
-  if (Status written = file->write(bytes); !written.ok()) return written;
-  return file->close();
-}
-
 int panorama(const PanoramaOptions& options) {
   options.drive.check();
   const auto config = configuration(options);
@@ -145,7 +137,7 @@ int panorama(const PanoramaOptions& options) {
     const auto encoded =
         is_png ? storage::encode_png(pixels, tags) : storage::encode_jpeg(pixels, options.quality, tags);
     const std::string name = fmt::format("panorama_{:06}.{}", one.exposure, is_png ? "png" : "jpg");
-    written = encoded.ok() ? write_file(folder->path() / name, *encoded) : Status(encoded.error());
+    written = encoded.ok() ? write_output(folder->path() / name, *encoded) : Status(encoded.error());
     if (written.ok()) written = tables.add(one, name, one.is_level || head.panorama.is_clockwise);
     return written.ok();
   };

@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 
 #include "core/input_file.hpp"
@@ -38,6 +40,42 @@ TEST(OutputFile, ReplacesWhatIsThere) {
   ASSERT_TRUE(check_output(folder / "a").ok());
   ASSERT_TRUE(write_output(folder / "a", "short").ok());
   EXPECT_EQ(contents(folder / "a"), "short");
+}
+
+TEST(OutputFile, KeepsTheOlderFileIfTheNewOneCannotBeWritten) {
+  const TemporaryFolder folder;
+  write_file(folder / "a", "what was there");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    // A file that may not grow refuses bytes as a full disk does.
+    const rlimit limit{.rlim_cur = 5, .rlim_max = 5};
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    ::_exit(write_output(folder / "a", "longer than five bytes").ok() ? 1 : 0);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0) << "the write had to fail";
+  EXPECT_EQ(contents(folder / "a"), "what was there");
+  EXPECT_FALSE(fs::exists(folder / "a.part"));
+}
+
+TEST(OutputFile, KeepsTheRightsOfTheOlderFile) {
+  const TemporaryFolder folder;
+  write_file(folder / "a", "private");
+  fs::permissions(folder / "a", fs::perms::owner_read | fs::perms::owner_write);
+  ASSERT_TRUE(write_output(folder / "a", "new").ok());
+  EXPECT_EQ(contents(folder / "a"), "new");
+  EXPECT_EQ(fs::status(folder / "a").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST(OutputFile, RemovesNoPartThatItCouldNotOpen) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.part", "of something else, which is being read");
+  const auto input = InputFile::open(folder / "a.part");
+  ASSERT_TRUE(input.ok());
+  EXPECT_FALSE(write_output(folder / "a", "new").ok());
+  EXPECT_EQ(contents(folder / "a.part"), "of something else, which is being read");
 }
 
 TEST(OutputFile, IsNoFileThatIsReadUnderAnyName) {
