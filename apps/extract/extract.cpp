@@ -37,13 +37,17 @@ Result<SensorId> find_sensor(const runtime::Recording& recording, const std::str
 struct Extracted {
   std::uint64_t packets = 0, bytes = 0;
   Status read, written;
-  std::string how;  ///< of the sentence about it
+  std::string how;     ///< of the sentence about it
+  std::string remark;  ///< what else is to be known; empty: nothing
+
+  /// Returns whether the output takes the place of an older one: not by what could not be read at all.
+  bool is_result() const { return written.ok() && (read.ok() || packets > 0); }
 };
 
 Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const ExtractOptions& options) {
   Extracted out;
   out.how = "as received";
-  auto file = storage::FileWriter::create(options.out, IfExists::Replace);
+  auto file = storage::FileWriter::replace(options.out);
   if (!file.ok()) {
     out.written = file.error();
     return out;
@@ -55,7 +59,7 @@ Extracted extract_bytes(runtime::Recording& recording, SensorId sensor, const Ex
     out.bytes += packet.bytes.size();
     return out.written.ok();
   });
-  if (out.written.ok()) out.written = file->close();
+  if (out.is_result()) out.written = file->close();
   return out;
 }
 
@@ -70,6 +74,14 @@ Extracted extract_stream(runtime::Recording& recording, SensorId sensor, PgrFile
     return out.written.ok();
   });
   if (out.written.ok()) out.written = file.close();
+  if (file.files() > 0 && file.has_following()) {
+    const std::string first = file.next();
+    const bool is_whole = out.read.ok() && out.written.ok();
+    if (is_whole) out.written = file.remove_following();
+    out.remark = is_whole ? fmt::format("{} to before {}, of an earlier and longer run, were removed", first,
+                                        file.next().filename().string())
+                          : fmt::format("{} and those of higher numbers are of an earlier run", first);
+  }
   out.how = fmt::format("as {} stream file{} of a Ladybug", file.files(), file.files() == 1 ? "" : "s");
   return out;
 }
@@ -99,7 +111,7 @@ Extracted extract_datagrams(runtime::Recording& recording, SensorId sensor, cons
     out.bytes += packet.bytes.size();
     return out.written.ok();
   });
-  if (out.written.ok()) out.written = file->close();
+  if (out.is_result()) out.written = file->close();
   out.how = is_by_clock ? "as datagrams with the times of their arrival by the drive's clock (UTC)"
                         : "as datagrams with the arrival times as recorded, because the clock of this drive was never "
                           "known: their distances are right, the day may be any";
@@ -141,9 +153,15 @@ int extract(const ExtractOptions& options) {
     return kWrongUse;
   }
   const Extracted& done = *extracted;
+  if (!done.remark.empty()) log_warning("{}", done.remark);
   if (!done.written.ok()) {
     log_error(done.written.error().message);
     return kOutputRefused;
+  }
+  if (!done.is_result()) {
+    log_error("{}; nothing of {} could be read, and {} was not written", done.read.error().message, options.sensor,
+              options.out);
+    return kInputUnreadable;
   }
   fmt::print("{}: {} bytes of {} packets of {}, {}\n", options.out, done.bytes, done.packets, options.sensor, done.how);
   if (!done.read.ok()) {

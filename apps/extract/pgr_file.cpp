@@ -38,11 +38,9 @@ Status PgrFile::begin(std::span<const std::byte> first_image) {
     if (const auto image = drivers::read_ladybug_image(first_image))
       for (const std::size_t serial : {0x08U, 0x0CU}) set_le32(head_, serial, image->serial);
   }
-  auto file = storage::FileWriter::create(next_, IfExists::Replace);
+  auto file = storage::FileWriter::replace(next_);
   if (!file) return file.error();
   file_ = std::move(*file);
-  next_ = drivers::next_pgr_file(next_);
-  ++files_;
   index_.clear();
   images_ = 0;
   first_image_ = head_.size();
@@ -87,7 +85,22 @@ Status PgrFile::close() {
   if (done.ok()) done = file_->close();
   file_.reset();
   summary_.clear();
-  return done;
+  if (!done.ok()) return done;
+  next_ = drivers::next_pgr_file(next_);
+  ++files_;
+  return {};
+}
+
+bool PgrFile::has_following() const {
+  std::error_code error;
+  return !next_.empty() && std::filesystem::is_regular_file(std::filesystem::symlink_status(next_, error));
+}
+
+Status PgrFile::remove_following() {
+  for (; has_following(); next_ = drivers::next_pgr_file(next_))
+    if (std::error_code error; !std::filesystem::remove(next_, error))
+      return output_error("remove " + next_.string() + ", which an earlier and longer run has left", error.value());
+  return {};
 }
 
 }  // namespace hueline::apps

@@ -19,7 +19,8 @@ namespace hueline::apps {
 /// Thread safety: none; one thread calls all functions.
 class PgrFile {
  public:
-  /// `first` ends in a number of six digits, such as drive-000000.pgr. Existing files are replaced. Errors: Invalid, it
+  /// `first` ends in a number of six digits, such as drive-000000.pgr. An existing file is replaced when the new one is
+  /// whole. Errors: Invalid, it
   /// has no number.
   static Result<PgrFile> create(const std::filesystem::path& first);
 
@@ -27,7 +28,14 @@ class PgrFile {
   Status write(std::span<const std::byte> packet);
   /// Ends the last file. Errors: Io.
   Status close();
+  /// How many files are whole.
   std::size_t files() const { return files_; }
+  /// The first file that this run has not written.
+  const std::filesystem::path& next() const { return next_; }
+  /// Returns whether an earlier and longer run has left a file of the next number. A reader goes on with it.
+  bool has_following() const;
+  /// Removes those files; next() is behind them afterwards. For the end, when all packets are written. Errors: Io.
+  Status remove_following();
 
  private:
   explicit PgrFile(std::filesystem::path next) : next_(std::move(next)) {}

@@ -94,6 +94,16 @@ ends 5 "$hueline" replay drive --out again
 # People often replay into the folder of the recording itself.
 ends 5 "$hueline" replay drive/drive.mcap --out drive
 
+# A disk that has no room for the new file leaves the older one as it was.
+for out in log.gps log.bin; do
+  echo earlier >$out
+  (ulimit -f 8; ends 4 "$hueline" extract drive --sensor pos --out $out)
+  says "$out.part at byte [0-9]+: File too large; the file may not grow further"
+  [ "$(cat $out)" = earlier ] && [ ! -e $out.part ] || fail "a failed run changed $out"
+  ends 0 "$hueline" extract drive --sensor pos --out $out
+  cmp -s $out nothing.gps || fail "$out is not what the device sent"
+done
+
 # A capture runs. Its folder is its own as long as it lives, however it ends.
 printf 'rig: live\nsensors:\n  - name: laser\n    driver: velodyne\n    model: VLP-16\n    udp: {ports: [29368], bind_address: 127.0.0.1}\n' >live.yaml
 printf '    T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}\ncolouring: {method: lens}\n' >>live.yaml

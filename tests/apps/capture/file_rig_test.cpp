@@ -470,8 +470,15 @@ TEST(FileRig, ALadybugsStreamFileColoursThePoints) {
     EXPECT_EQ(wrong_time, 0u);
     const Ran replay = run({"replay", dir / out / "drive.mcap", "--out", dir / "again"});
     EXPECT_EQ(replay.status, 8) << replay.said;
+    // Of an earlier, longer run; behind a gap are the files of something else.
+    for (const char* number : {"000000", "000001", "000002", "000004"})
+      write_file(dir / fmt::format("out-{}.pgr", number), "earlier");
     const Ran extract = run({"extract", dir / out, "--sensor", "camera", "--out", dir / "out-000000.pgr"});
     EXPECT_EQ(extract.status, 0) << extract.said;
+    EXPECT_THAT(extract.said, HasSubstr("out-000001.pgr to before out-000003.pgr, of an earlier and longer run, were "
+                                        "removed"));
+    EXPECT_FALSE(std::filesystem::exists(dir / "out-000001.pgr") || std::filesystem::exists(dir / "out-000002.pgr"));
+    EXPECT_TRUE(std::filesystem::exists(dir / "out-000004.pgr"));
     EXPECT_TRUE(contents(dir / "out-000000.pgr") == contents(dir / "drive-000000.pgr")) << extract.said;
     const Ran unnumbered = run({"extract", dir / out, "--sensor", "camera", "--out", dir / "out.pgr"});
     EXPECT_EQ(unnumbered.status, 2) << unnumbered.said;
