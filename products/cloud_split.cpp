@@ -25,11 +25,17 @@ namespace {
 using storage::Bytes;
 using storage::LasPoint;
 
-constexpr std::size_t kMostOpen = 32;        // files
-constexpr std::size_t kMostParts = 100'000;  // that are counted
+constexpr std::size_t kMostOpen = 32;  // files
+constexpr std::size_t kMostTiles = 20'000;
+/// The cloud is read this often at most. Each reading writes kMostOpen of the parts that have points at one place of
+/// the cloud.
+constexpr std::size_t kMostReadings = 100;
 // Where fields are in a record.
 constexpr std::size_t kUserData = 17;
 std::size_t point_source_at(int point_format) { return point_format < 6 ? 18 : 20; }
+
+/// How the name of a part ends from which an octree is made.
+constexpr const char* kBeforeOctree = ".part.laz";
 
 /// A strip's number, or column and row of a tile.
 using Cell = std::pair<std::int64_t, std::int64_t>;
@@ -76,6 +82,7 @@ class Splitter {
 
   Result<SplitCloud> run() {
     if (Status counted = count(); !counted) return counted.error();
+    remove_unfinished();
     // Parts whose points lie far from each other in the cloud would be open for long: what finds no place now is
     // written when the cloud is read once more.
     std::map<Cell, Plan*> left;
@@ -124,19 +131,46 @@ class Splitter {
   }
 
   Status count() {
-    const std::size_t most = is_strip() ? std::numeric_limits<std::uint16_t>::max() : kMostParts;
+    const std::size_t most = is_strip() ? std::numeric_limits<std::uint16_t>::max() : kMostTiles;
     Status counted = for_each([&](const LasPoint& point, std::uint64_t index, const Cell& key, GpsTime time) -> Status {
       plans_[key].add(point, index, time);
       if (plans_.size() <= most) return {};
-      return Error{ErrorCode::Invalid, fmt::format("there would be more than {} parts: give a greater size", most)};
+      return Error{ErrorCode::Invalid,
+                   fmt::format("there would be more than {} {}: give a greater size", most, name_of_parts())};
     });
     if (!counted) return counted;
-    if (plans_.empty()) return Error{ErrorCode::Invalid, "the cloud has no points"};
+    if (plans_.empty() && done_.source_was_cut)
+      return Error{ErrorCode::Truncated, "the cloud ends before its first point"};
+    if (plans_.empty()) return Error{ErrorCode::EndOfData, "the cloud has no points: there is nothing to export"};
     if (is_strip() && plans_.rbegin()->first.first - plans_.begin()->first.first >= static_cast<std::int64_t>(most))
       return Error{
           ErrorCode::Invalid,
           fmt::format("the strips would have numbers above {}, which LAS does not have: give a greater size", most)};
+    if (const std::size_t together = most_together(); together > kMostOpen * kMostReadings)
+      return Error{ErrorCode::Invalid,
+                   fmt::format("of {} {}, {} have points at one place of the cloud, which would have to be read {} "
+                               "times to write them: give a greater size",
+                               plans_.size(), name_of_parts(), together, (together + kMostOpen - 1) / kMostOpen)};
     return {};
+  }
+
+  const char* name_of_parts() const { return is_strip() ? "strips" : "tiles"; }
+
+  /// Returns how many parts have both begun and not ended at the place of the cloud where these are most.
+  std::size_t most_together() const {
+    std::vector<std::uint64_t> begins, ends;
+    for (const auto& [key, plan] : plans_) {
+      begins.push_back(plan.first_index);
+      ends.push_back(plan.last_index);
+    }
+    std::ranges::sort(begins);
+    std::ranges::sort(ends);
+    std::size_t most = 0, ended = 0;
+    for (std::size_t begun = 0; begun < begins.size(); ++begun) {
+      while (ends[ended] < begins[begun]) ++ended;
+      most = std::max(most, begun + 1 - ended);
+    }
+    return most;
   }
 
   /// Returns the parts that one reading can write: at no place of the cloud are more than kMostOpen of them open.
@@ -155,6 +189,20 @@ class Splitter {
     }
     std::sort(out.begin(), out.end());
     return out;
+  }
+
+  /// Removes what a run that was killed has left of parts: NAME.laz.part, and NAME.part.laz of a part that was to
+  /// become an octree.
+  void remove_unfinished() {
+    std::vector<std::filesystem::path> left;
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
+      const std::string name = at->path().filename();
+      const bool is_ours = name.starts_with("tile_") || name.starts_with("strip_");
+      if (is_ours && (name.ends_with(".laz.part") || name.ends_with(kBeforeOctree)) && at->is_regular_file(error))
+        left.push_back(at->path());
+    }
+    for (const std::filesystem::path& one : left) done_.unfinished_removed += std::filesystem::remove(one, error);
   }
 
   struct Open {
@@ -204,7 +252,7 @@ class Splitter {
   Result<Open> create(const Cell& key, const Plan& plan) {
     CloudPart part;
     if (is_strip()) part.strip = static_cast<std::uint16_t>(key.first - plans_.begin()->first.first + 1);
-    part.file = name_of(key, plan, part.strip) + (is_copc_ ? ".part.laz" : ".laz");
+    part.file = name_of(key, plan, part.strip) + (is_copc_ ? kBeforeOctree : ".laz");
     part.points = plan.points;
     part.minimum = plan.minimum;
     part.maximum = plan.maximum;
@@ -298,13 +346,15 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
 
 void PathStrips::add(GpsTime time, const std::array<double, 3>& place) {
   constexpr double kStep_m = 0.5;
+  constexpr std::size_t kMostEnds = 100'000;  // more strips than a cloud can have
   if (last_) {
     const double step = std::hypot(place[0] - (*last_)[0], place[1] - (*last_)[1], place[2] - (*last_)[2]);
     if (step < kStep_m) return;
     driven_m_ += step;
   }
   last_ = place;
-  while (driven_m_ >= length_m_ * static_cast<double>(ends_.size() + 1)) ends_.push_back(time);
+  while (ends_.size() < kMostEnds && driven_m_ >= length_m_ * static_cast<double>(ends_.size() + 1))
+    ends_.push_back(time);
 }
 
 }  // namespace hueline::products

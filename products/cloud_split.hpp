@@ -41,6 +41,8 @@ struct CloudPart {
 struct SplitCloud {
   std::vector<CloudPart> parts;
   bool source_was_cut = false;  ///< the cloud ended before its header says: what is whole was written
+  /// Files of parts that a run before this one, which was killed, had left unfinished in the folder.
+  std::size_t unfinished_removed = 0;
 };
 
 /// Writes a LAS or LAZ cloud of the point formats 6 to 8 as LAZ files in `folder`, or as COPC if `is_copc`. Every point
@@ -51,7 +53,8 @@ struct SplitCloud {
 /// The cloud is read once to count, and then as often as needed so that at most 32 files are open at once (as a rule
 /// once). Memory: a chunk for each thread and open file. `ends` are the times at which each strip but the last ends,
 /// for Kind::Distance. Errors: those of export_laz() and export_copc(); Invalid if strips are asked for and the points
-/// have no GPS time, or if there would be more than 65535 strips or 100 000 tiles.
+/// have no GPS time, or if there would be more than 65535 strips or 20 000 tiles, or if the cloud would have to be read
+/// more than 100 times, which is known before a part is written; EndOfData if the cloud has no points.
 Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::filesystem::path& folder,
                                const CloudSplit& split, const std::vector<GpsTime>& ends, bool is_copc,
                                const CloudExport& options);

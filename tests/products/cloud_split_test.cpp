@@ -15,6 +15,7 @@
 
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/scan_cloud_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -219,6 +220,41 @@ TEST_F(Split, TheIndexIsCutAtTheDateLine) {
   const auto ring = geometry(mercator(
       std::string(kDatum) + R"(PRIMEM["Paris",2.5969213],UNIT["grad",0.015707963267949]])", "100"))["coordinates"][0];
   expect(ring, 90 + 2.33722917 - 0.002, 90 + 2.33722917 - 0.001);
+}
+
+TEST_F(Split, RefusesPartsThatHadNoEndBeforeItWritesOne) {
+  // A cloud over 700 m x 700 m without order: its tiles all have points from its begin to its end.
+  storage::ScanCloudWriter::Format format = storage::ScanCloudWriter::Format::Las;
+  auto writer = storage::ScanCloudWriter::create(folder_ / "wide.las", format, {0, 0, 0}, UtcTime{2026, 1, 1});
+  ASSERT_TRUE(writer);
+  std::vector<double> places;
+  for (int round = 0; round < 2; ++round)
+    for (int i = 0; i < 25'000; ++i)
+      for (const double one : {0.5 + 7.0 * (i % 158), 0.5 + 7.0 * (i / 158), 0.0}) places.push_back(one);
+  ASSERT_TRUE(writer->append(places) && writer->close());
+  const auto refused = [&](const char* how) {
+    const auto done = split_cloud(folder_ / "wide.las", folder_ / "parts", *CloudSplit::parse(how), {}, false, {});
+    EXPECT_FALSE(done) << how;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "parts")) << how;
+    return done ? Error{} : done.error();
+  };
+  EXPECT_EQ(refused("tile:0.1m").message, "there would be more than 20000 tiles: give a greater size");
+  const Error often = refused("tile:14m");
+  EXPECT_EQ(often.code, ErrorCode::Invalid);
+  EXPECT_EQ(often.message,
+            "of 6259 tiles, 6259 have points at one place of the cloud, which would have to be read 196 times to write "
+            "them: give a greater size");
+}
+
+TEST_F(Split, RemovesWhatAKilledRunHasLeft) {
+  for (const char* name : {"tile_0_0_20m.part.laz", "tile_0_0_20m.laz.part", "strip_00001_x.part.laz.part",
+                           "mine.part.laz", "tile_1_1_20m.laz"})
+    test::write_file(folder_ / "parts" / name, "left");
+  EXPECT_EQ(split("tile:500m", {}, true).unfinished_removed, 3u);
+  std::set<std::string> left;
+  for (const auto& one : std::filesystem::directory_iterator(folder_ / "parts"))
+    if (std::filesystem::file_size(one) == 4) left.insert(one.path().filename());
+  EXPECT_EQ(left, (std::set<std::string>{"mine.part.laz", "tile_1_1_20m.laz"}));
 }
 
 TEST_F(Split, SaysWhatIsWrong) {
