@@ -11,7 +11,7 @@ enum ExitCode : int {
   kWrongUse = 2,         ///< the command line is wrong, or a rig, a scenario or a sheet is wrong or missing
   kInputUnreadable = 3,  ///< any other input could not be read, or only in part; the whole part was used
   kOutputRefused = 4,    ///< an output could not be written; what was written before is whole
-  kNothingCame = 5,      ///< no device answered, or no point could be made
+  kNothingCame = 5,      ///< no device answered, no point could be made, or a cloud has none
   kNotAsExpected = 6,    ///< verify, score, replay --expect: a figure is out of its bound
   kStopped = 7,          ///< stopped before the end; the output ends early
   kDriveAgain = 8,       ///< capture, replay: the work is done, and the verdict is that the drive must be driven again

@@ -35,7 +35,7 @@ Exit status:
   2  the command line is wrong, or a rig, a scenario or a sheet is wrong or missing
   3  any other input could not be read, or only in part
   4  an output could not be written
-  5  no device sent anything, or no point could be made
+  5  no device sent anything, no point could be made, or a cloud has none
   6  verify, score or replay --expect found a figure out of its bound
   7  stopped before the end; fleet: drives are still open
   8  capture or replay: all is written, but the drive must be driven again

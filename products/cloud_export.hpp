@@ -38,7 +38,7 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
 
 /// Writes such a cloud as COPC 1.0 (copc.io), a LAZ 1.4 file whose chunks are the nodes of an octree
 /// (storage/point_octree.hpp). The cloud is read once. Every point is in one node; the same cloud gives the same bytes.
-/// Errors: as export_laz().
+/// Errors: as export_laz(); EndOfData if the cloud has no points, which COPC cannot say.
 Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std::filesystem::path& out,
                                   const CloudExport& options);
 

@@ -35,7 +35,8 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   Status read = reader->next(points, kPointsAtOnce);
   const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
   if (is_wrong()) return source_error(read.error());
-  if (points.empty()) return Error{ErrorCode::Invalid, cloud.string() + " has no points: there is nothing to export"};
+  if (points.empty() && !read) return read.error();
+  if (points.empty()) return Error{ErrorCode::EndOfData, cloud.string() + " has no points: there is nothing to export"};
   header.point_count = 0;
   header.points_by_return = {};
   std::vector<storage::LasVlr> records = upgrade->records();

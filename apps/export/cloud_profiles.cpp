@@ -44,7 +44,10 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
 }
 
 /// Returns the exit status of an export that failed: by the new file, the cloud or what was asked for.
-int failed_status(const Error& error) { return error.code == ErrorCode::Io ? kOutputRefused : opening_status(error); }
+int failed_status(const Error& error) {
+  if (error.code == ErrorCode::EndOfData) return kNothingCame;
+  return error.code == ErrorCode::Io ? kOutputRefused : opening_status(error);
+}
 
 void tell_left_out(const std::string& out, const std::vector<std::string>& records) {
   for (const std::string& record : records) log_warning("not in {}: {}", out, record);
@@ -104,6 +107,8 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
                                "geographic");
   if (const std::size_t others = other_parts(folder->path(), done->parts); others > 0)
     log_warning("{} has {} more clouds, as of an earlier export; index.geojson does not list them", words.out, others);
+  if (done->unfinished_removed > 0)
+    log_warning("{} files of parts were removed that an earlier export has left unfinished", done->unfinished_removed);
   tell_left_out(words.out, source->left_out());
   std::uint64_t points = 0, bytes = 0;
   for (const products::CloudPart& part : done->parts) {
@@ -152,7 +157,7 @@ class LazProfile : public ExportProfile {
     fmt::print("{}: {} points in {} {}, {} bytes, {:.3f} of the size of {}\n", words.out, done->points, done->nodes,
                parts(), done->bytes, static_cast<double>(done->bytes) / size, cloud);
     tell_left_out(words.out, done->left_out);
-    if (!done->source_was_cut) return kDone;
+    if (!done->source_was_cut) return done->points == 0 ? kNothingCame : kDone;
     log_error("{} ends before its last point: everything that is whole was written", cloud);
     return kInputUnreadable;
   }

@@ -83,6 +83,10 @@ int picture(PictureOptions options) {
   if (!options.moving.empty() && !options.moving.ends_with(".webp"))
     throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
   options.cloud = runtime::drive_cloud(options.cloud);
+  if (const auto cloud = storage::LasReader::open(options.cloud); cloud.ok() && cloud->header().point_count == 0) {
+    log_error("{}: a cloud without points has no picture", options.cloud);
+    return kNothingCame;
+  }
   int status = kDone;
   if (!options.above.empty()) {
     const auto view = storage::picture_from_above(options.cloud);
@@ -143,7 +147,8 @@ void add_picture(Command& all) {
   command.reads(options->cloud).writes(options->above).writes(options->street).writes(options->moving);
   command.footer(
       "Example: hueline picture drives/today/cloud.las --above above.png --street street.png\n"
-      "Exit status: 0; 3 if the cloud cannot be read; 4 if a picture cannot be written.\n"
+      "Exit status: 0; 3 if the cloud cannot be read; 4 if a picture cannot be written; 5 if the cloud has no "
+      "points.\n"
       "More: docs/operating.md");
   command.runs([options] { return picture(*options); });
 }

@@ -99,6 +99,17 @@ told 2 "--split: the profile trajectory does not split" export drive --profile t
 told 2 "--rig: the profile laz writes the cloud as it is" export drive --out c.laz --rig file.yaml
 [ -z "$(ls c.* t.* 2>/dev/null)" ] || fail "a refused export wrote $(ls c.* t.*)"
 told 3 "drive/cloud.las: the file is empty: the run that was to make the cloud placed no point" export drive --out c.LAZ
+# A cloud that is whole and has no points.
+python3 -c 'import struct, sys
+head = bytearray(227)
+head[0:4], head[24:26], head[104] = b"LASF", bytes([1, 2]), 1
+struct.pack_into("<HI", head, 94, 227, 227)
+struct.pack_into("<H", head, 105, 28)
+struct.pack_into("<3d", head, 131, 0.001, 0.001, 0.001)
+sys.stdout.buffer.write(head)' >none.las
+for profile in copc laz ply e57; do told 5 "n(one.las has no points: there is nothing to export|.$profile: 0 points)" export none.las --profile $profile --out n.${profile/copc/copc.laz}; done
+told 5 "the cloud has no points: there is nothing to export" export none.las --split tile:10m --out parts
+told 5 "none.las: a cloud without points has no picture" picture none.las --above a.png
 told 3 "open absent.bag: No such file" import absent.bag --out d
 [ ! -e d ] || fail "an import without a recording made a folder"
 told 2 "fleet.csv: a catalogue is written as a GeoPackage" fleet catalogue drive --out fleet.csv

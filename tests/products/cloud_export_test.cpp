@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "products/cloud_split.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
@@ -356,10 +357,11 @@ TEST(Export, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_EQ(export_laz(folder / "none.las", folder / "out.laz", {}).error().code, ErrorCode::Unavailable);
   write_cloud(folder / "empty.las", 0);
-  EXPECT_EQ(export_copc(folder / "empty.las", folder / "out.laz", {}).error().code, ErrorCode::Invalid);
+  EXPECT_EQ(export_copc(folder / "empty.las", folder / "out.laz", {}).error().code, ErrorCode::EndOfData);
+  EXPECT_EQ(split_cloud(folder / "empty.las", folder.path(), {}, {}, false, {}).error().code, ErrorCode::EndOfData);
   write_cloud(folder / "cut.las", 10);
   std::filesystem::resize_file(folder / "cut.las", std::filesystem::file_size(folder / "cut.las") - 9 * 58 - 1);
-  EXPECT_EQ(export_copc(folder / "cut.las", folder / "cut.copc.laz", {}).error().code, ErrorCode::Invalid);
+  EXPECT_EQ(export_copc(folder / "cut.las", folder / "cut.copc.laz", {}).error().code, ErrorCode::Truncated);
   EXPECT_FALSE(std::filesystem::exists(folder / "cut.copc.laz")) << "nothing is written of a cloud without a point";
   write_cloud(folder / "cloud.las", 10);
   EXPECT_EQ(export_laz(folder / "cloud.las", "/nonexistent/out.laz", {}).error().code, ErrorCode::Io);
