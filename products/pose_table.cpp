@@ -88,7 +88,7 @@ OmegaPhiKappa omega_phi_kappa(const Eigen::Matrix3d& R_map_lens) {
 
 Result<std::unique_ptr<ImageTable>> make_pose_table(const PictureSet& set) {
   auto projection = storage::Projection::create(set.origin, set.map, set.epoch);
-  if (!projection) return projection.error();
+  if (!projection) return Error{ErrorCode::Invalid, projection.error().message};
   auto file = TextFile::create(set.folder / "poses.csv");
   if (!file) return file.error();
   const storage::MapOperation& map = projection->operation();

@@ -134,13 +134,6 @@ T first_of(const char* file, T otherwise) {
   return in >> value ? value : otherwise;
 }
 
-/// Returns whether the message is about the map itself, not about the place that was tried.
-bool is_about_crs(const std::string& message) {
-  return std::ranges::any_of(std::array{"is not known", "is not a projected", "has no axes", "counts in",
-                                        "no GNSS service", "not a geographic", "cloud.geoid", "mirror image"},
-                             [&](const char* part) { return message.find(part) != std::string::npos; });
-}
-
 }  // namespace
 
 std::vector<Finding> check_rig(const config::Rig& rig) {
@@ -151,9 +144,9 @@ std::vector<Finding> check_rig(const config::Rig& rig) {
   check_mounting("head", rig.geometry.head.T_body_head.translation, out);
   for (const auto& laser : rig.geometry.lasers)
     check_mounting(rig.sensor_names().at(laser.sensor), laser.T_body_scanner.translation, out);
-  // Any place shows whether the numbers of the map are metres or feet.
+  // Any place shows what is wrong with the map itself. What is wrong with the map at that place does not matter.
   if (const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.map);
-      !map.ok() && is_about_crs(map.error().message))
+      !map.ok() && map.error().code == ErrorCode::Invalid)
     out.push_back({true, "rig", "cloud: " + map.error().message, "correct cloud.crs, datum or geoid in the rig"});
   return out;
 }

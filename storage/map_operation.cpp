@@ -52,15 +52,18 @@ std::string first_sentence(const char* text) {
   return std::string(all.substr(0, all.find(". ")));
 }
 
-/// Returns a sentence that says why the CRS cannot be used. Empty if it is projected, in a unit that clouds can have,
-/// and used at `place`; `unit` is then set.
-std::string objection(PJ_CONTEXT* context, PJ* crs, const Geodetic& place, MapUnit& unit) {
+/// Returns the unit of a CRS. Errors: Invalid if it is not projected, or not in a unit that clouds can have.
+Result<MapUnit> unit_of_map(PJ_CONTEXT* context, PJ* crs) {
   if (proj_get_type(crs) != PJ_TYPE_PROJECTED_CRS)
-    return "is not a projected CRS (map coordinates in metres or feet are needed)";
+    return Error{ErrorCode::Invalid, "is not a projected CRS (map coordinates in metres or feet are needed)"};
   std::string name;
   const auto known = unit_along(context, crs, name);
-  if (!known) return fmt::format(kOtherUnit, name);
-  unit = *known;
+  if (!known) return Error{ErrorCode::Invalid, fmt::format(kOtherUnit, name)};
+  return *known;
+}
+
+/// Returns a sentence that says for where a CRS is; empty if it is used at `place`.
+std::string use_elsewhere(PJ_CONTEXT* context, PJ* crs, const Geodetic& place) {
   double west = 0, south = 0, east = 0, north = 0;
   const char* area = nullptr;
   if (!proj_get_area_of_use(context, crs, &west, &south, &east, &north, &area) || west < -180) return {};
@@ -164,19 +167,23 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
   const bool is_utm = config.crs == "utm";
   out.crs_ = is_utm ? fmt::format("EPSG:{}", utm_epsg(place)) : config.crs;
   // What PROJ has not read is the reason for everything that follows from it.
-  const auto refused = [&](const std::string& why) {
+  const auto refused = [&](const std::string& why, ErrorCode code = ErrorCode::Invalid) {
     const Status database = out.context_.database();
-    return database.ok() ? Error{ErrorCode::Invalid, why} : database.error();
+    return database.ok() ? Error{code, why} : database.error();
   };
-  const auto invalid = [&](const std::string& why) {
-    return refused(out.crs_ + (is_utm ? " (UTM zone of the drive) " : " ") + why);
+  const auto invalid = [&](const std::string& why, ErrorCode code = ErrorCode::Invalid) {
+    return refused(out.crs_ + (is_utm ? " (UTM zone of the drive) " : " ") + why, code);
   };
   const ProjObject crs(proj_create(context, out.crs_.c_str()));
   if (!crs) return invalid("is not known to PROJ: give the code of a projected CRS, or utm");
   const bool is_compound = proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS;
   const ProjObject horizontal = horizontal_part(context, crs.get());
   if (!horizontal) return invalid("has no horizontal part");
-  if (const std::string why = objection(context, horizontal.get(), place, out.unit_); !why.empty()) return invalid(why);
+  const Result<MapUnit> unit = unit_of_map(context, horizontal.get());
+  if (!unit) return invalid(unit.error().message);
+  out.unit_ = *unit;
+  if (const std::string why = use_elsewhere(context, horizontal.get(), place); !why.empty())
+    return invalid(why, ErrorCode::Unsupported);
   if (is_compound) {
     std::string name;
     const auto known = unit_along(context, ProjObject(proj_crs_get_sub_crs(context, crs.get(), 1)).get(), name);
@@ -210,7 +217,7 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
   if (!source || !target) return invalid("cannot be used with heights");
   out.epoch_ = config.epoch != 0 ? config.epoch : epoch;
   if (Status chosen = out.choose(place, config, source.get(), target.get()); !chosen.ok())
-    return invalid(chosen.error().message);
+    return invalid(chosen.error().message, chosen.error().code);
   if (config.datum.empty())
     out.words_ = name_of(source.get()) + ", the map's own datum" + (is_compound ? "; " + out.words_ : std::string());
 
@@ -243,9 +250,10 @@ Result<MapOperation> MapOperation::create(const Geodetic& place, const MapConfig
   if (!is_compound && out.unit_.metres != 1) out.words_ += ", in metres";
   for (const double value : out.apply(place))
     if (!std::isfinite(value))
-      return invalid(fmt::format("cannot show latitude {:.4f}, longitude {:.4f}{}", place.latitude * kDegPerRad,
-                                 place.longitude * kDegPerRad,
-                                 out.to_geoid_ ? ", or cloud.geoid has no height there" : ""));
+      return invalid(
+          fmt::format("cannot show latitude {:.4f}, longitude {:.4f}{}", place.latitude * kDegPerRad,
+                      place.longitude * kDegPerRad, out.to_geoid_ ? ", or cloud.geoid has no height there" : ""),
+          ErrorCode::Unsupported);
   const double area = out.area_at(place);
   // Most programs that show points take x, y and z for axes of a right hand.
   if (!(area > 0))
@@ -299,7 +307,7 @@ Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* 
     }
     if (accuracy < 0 || accuracy > config.accuracy_m) {
       return Error{
-          ErrorCode::Invalid,
+          ErrorCode::Unsupported,
           fmt::format("is reached from {} with {} only ({}){}{}: name the right cloud.datum, install the grid, "
                       "or allow it by cloud.accuracy_m",
                       name_of(source),
@@ -323,7 +331,7 @@ Status MapOperation::choose(const Geodetic& place, const MapConfig& config, PJ* 
     }
     return {};
   }
-  return Error{ErrorCode::Invalid,
+  return Error{ErrorCode::Unsupported,
                fmt::format("cannot be reached from {}{}{}", name_of(source), missing.empty() ? "" : ": ", missing)};
 }
 

@@ -25,8 +25,9 @@ inline constexpr std::array kMapUnits{MapUnit{}, MapUnit{"ft", 0.3048}, MapUnit{
 /// MapConfig::accuracy_m, the map is refused. Move-only. Thread safety: none.
 class MapOperation {
  public:
-  /// `epoch` is the decimal year of the drive, which counts if MapConfig::epoch is 0. Errors: Invalid, with a sentence
-  /// that says what to do; Unavailable if PROJ's database is missing or cannot be read.
+  /// `epoch` is the decimal year of the drive, which counts if MapConfig::epoch is 0. Errors, with a sentence that says
+  /// what to do: Invalid if the map, the datum or the geoid cannot be used anywhere; Unsupported if it cannot be used
+  /// at `place`; Unavailable if PROJ's database is missing or cannot be read.
   static Result<MapOperation> create(const Geodetic& place, const MapConfig& config, double epoch);
 
   /// Returns {easting, northing, height}; not finite if the place cannot be shown. Easting and northing count unit(),

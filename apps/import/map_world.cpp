@@ -11,12 +11,10 @@ namespace {
 
 /// Says which map is refused. What a rig can say to a map (`cloud.datum`) cannot be said here.
 Error map_refused(const std::string& map, const Error& why) {
-  const bool needs_keys = why.message.find("cloud.") != std::string::npos;
   return {ErrorCode::Invalid,
-          fmt::format("--map {}: {}{}", map, why.message,
-                      needs_keys ? ". Poses are read from maps whose datum is that of their positions, as UTM on WGS84 "
-                                   "or ETRS89: transform them first"
-                                 : "")};
+          fmt::format("--map {}: {}. Poses are read from projected maps whose datum is that of their positions, as UTM "
+                      "on WGS84 or ETRS89: transform those of others first",
+                      map, why.message)};
 }
 
 }  // namespace

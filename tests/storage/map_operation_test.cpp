@@ -224,6 +224,23 @@ TEST(MapOperation, WhatWouldBeAGuessIsRefusedWithWhatToDo) {
               HasSubstr("cloud.geoid"));
 }
 
+/// A rig is checked before anybody knows where it will drive.
+TEST(MapOperation, TellsAWrongMapFromOneOfAnotherPlace) {
+  const auto code = [](const Geodetic& at, const MapConfig& map) {
+    const auto made = MapOperation::create(at, map, 2026.9);
+    EXPECT_FALSE(made.ok()) << map.crs;
+    return made.ok() ? ErrorCode::EndOfData : made.error().code;
+  };
+  const Geodetic frankfurt = place(50.11, 8.68), tokyo = place(35.7, 139.7);
+  for (const MapConfig& wrong :
+       {MapConfig{.crs = "EPSG:4326"}, MapConfig{.crs = "EPSG:999999"}, MapConfig{.crs = "EPSG:31467"},
+        MapConfig{.crs = "EPSG:25832", .datum = "EPSG:25832"}, MapConfig{.crs = "EPSG:25832", .geoid = "/etc/passwd"}})
+    EXPECT_EQ(code(frankfurt, wrong), ErrorCode::Invalid) << wrong.crs;
+  EXPECT_EQ(code(tokyo, {.crs = "EPSG:25832"}), ErrorCode::Unsupported);
+  EXPECT_EQ(code(frankfurt, {.crs = "EPSG:31467", .datum = "EPSG:4937"}), ErrorCode::Unsupported);
+  EXPECT_EQ(code(frankfurt, {.crs = "EPSG:25832+7837"}), ErrorCode::Unsupported) << "its grid is not installed";
+}
+
 TEST(MapConfig, TellsKeysThatAreWrong) {
   EXPECT_TRUE(MapConfig{}.validate().empty());
   EXPECT_TRUE((MapConfig{.crs = "EPSG:25832+7837", .datum = "EPSG:4937", .epoch = 2020}).validate().empty());

@@ -525,7 +525,7 @@ TEST_F(ImportBag, TakesPosesInCoordinatesOfAMap) {
             "origin with --origin");
   EXPECT_NE(refused(5'340'000, 500'000, "EPSG:2056").find("--map EPSG:2056: "), std::string::npos);
   EXPECT_NE(refused(5'340'000, 500'000, "utm").find("--map utm: give the EPSG code"), std::string::npos);
-  EXPECT_NE(refused(5'340'000, 3'500'000, "EPSG:31467").find("transform them first"), std::string::npos);
+  EXPECT_NE(refused(5'340'000, 3'500'000, "EPSG:31467").find("transform those of others first"), std::string::npos);
 }
 
 /// Septentrio's driver gives a PoseWithCovarianceStamped whose x and y are longitude and latitude.
