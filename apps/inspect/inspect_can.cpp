@@ -134,9 +134,9 @@ Inspection inspect_can_log(const std::string& path, const std::string& dbc_path)
                                                                      : ": it has no frame of a CAN bus, but " +
                                                                            in_words(others) + ", which are not read")};
   // A file that only its name makes a log of a bus: what is wrong with its first line is not all.
-  if (frames == 0 && !out.trouble.ok() && out.trouble.error().message.starts_with(path + ": line "))
-    out.trouble = Error{ErrorCode::Malformed, fmt::format("{}: no frame of a CAN bus could be read: {}", path,
-                                                          out.trouble.error().message.substr(path.size() + 2))};
+  if (frames == 0 && !source.first_bad_line().empty())
+    out.trouble = Error{ErrorCode::Malformed,
+                        fmt::format("{}: no frame of a CAN bus could be read: {}", path, source.first_bad_line())};
   out.found = std::make_unique<Json>();
   Json& json = *out.found;
   json["format"] = "CAN log";

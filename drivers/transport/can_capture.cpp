@@ -76,7 +76,7 @@ Result<std::optional<CanLogEntry>> CanCapture::next() {
     if (!found) continue;
     out.time = frame->time;
     if (const auto wrong = take_frame(*found, out.frame); !wrong.empty())
-      return Error{ErrorCode::Malformed, fmt::format("{} at byte {}", wrong, frame->offset)};
+      return Error{ErrorCode::Malformed, fmt::format("{}: {} at byte {}", name_, wrong, frame->offset)};
     return std::optional(std::move(out));
   }
   return std::optional<CanLogEntry>();

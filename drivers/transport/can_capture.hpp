@@ -18,7 +18,8 @@ namespace hueline::drivers {
 /// tcpdump.
 class CanCapture {
  public:
-  explicit CanCapture(CaptureFile file) : file_(std::move(file)) {}
+  /// Messages call the file `name`.
+  CanCapture(CaptureFile file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
 
   /// Returns the next frame, with its time since 1970, or nothing at the end. Errors: Malformed and Truncated, after
   /// which the next call goes on where that is possible; Io.
@@ -26,6 +27,7 @@ class CanCapture {
 
  private:
   CaptureFile file_;
+  std::string name_;
   bool is_ended_ = false;
 };
 

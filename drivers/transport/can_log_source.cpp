@@ -68,6 +68,7 @@ Status CanLogSource::open() {
   waiting_.reset();
   line_ = malformed_ = 0;
   first_malformed_.clear();
+  first_bad_line_.clear();
   interface_.clear();
   first_interface_.clear();
   are_several_told_ = false;
@@ -83,7 +84,7 @@ Status CanLogSource::open() {
   if (is_capture(first)) {
     auto capture = CaptureFile::open(config_.path);
     if (!capture.ok()) return capture.error();
-    capture_.emplace(std::move(*capture));
+    capture_.emplace(std::move(*capture), config_.path);
     return {};
   }
   if (const std::string packed = how_to_unpack(first); !packed.empty())
@@ -108,15 +109,24 @@ Result<std::optional<CanLogEntry>> CanLogSource::next_line() {
         kind == Line::TooLong
             ? Error{ErrorCode::Malformed, fmt::format("a line of more than {} characters", kLongestLogLine)}
             : parser_.take(line);
-    if (!entry.ok()) return Error{ErrorCode::Malformed, fmt::format("line {}: {}", line_, entry.error().message)};
+    if (!entry.ok()) {
+      const std::string wrong = fmt::format("line {}: {}", line_, entry.error().message);
+      if (first_bad_line_.empty()) first_bad_line_ = wrong;
+      return Error{ErrorCode::Malformed, wrong};
+    }
     if (*entry) return entry;
   }
   if (file_->bad()) return io_error("read " + config_.path, errno);
   return std::optional<CanLogEntry>();
 }
 
+/// Returns the next frame of the file, whatever it is. Errors say which file.
 Result<std::optional<CanLogEntry>> CanLogSource::next_entry() {
-  return blf_ ? blf_->next() : capture_ ? capture_->next() : next_line();
+  if (capture_) return capture_->next();
+  auto entry = blf_ ? blf_->next() : next_line();
+  if (entry.ok() || (entry.error().code != ErrorCode::Malformed && entry.error().code != ErrorCode::Truncated))
+    return entry;
+  return Error{entry.error().code, config_.path + ": " + entry.error().message};
 }
 
 Result<Packet> CanLogSource::next(std::stop_token stop) {
@@ -149,9 +159,7 @@ Result<Packet> CanLogSource::next(std::stop_token stop) {
     return packet;
   }
   if (const std::uint64_t count = std::exchange(malformed_, 0); count > 0)
-    return fault_packet(
-        last_, FaultKind::Malformed, count,
-        first_malformed_.starts_with(config_.path) ? first_malformed_ : config_.path + ": " + first_malformed_);
+    return fault_packet(last_, FaultKind::Malformed, count, first_malformed_);
   return Error{ErrorCode::EndOfData, config_.path + ": end of log"};
 }
 

@@ -42,6 +42,9 @@ class CanLogSource final : public PacketSource {
   std::map<std::string, std::uint64_t> passed_over() const {
     return blf_ ? blf_->passed_over() : std::map<std::string, std::uint64_t>();
   }
+  /// Returns which line of a text was the first that is no frame, and why, without the file's name; empty if there was
+  /// none, or if the log is no text.
+  const std::string& first_bad_line() const { return first_bad_line_; }
   Result<Packet> next(std::stop_token stop) override;
   void close() override {
     file_.reset();
@@ -60,7 +63,7 @@ class CanLogSource final : public PacketSource {
   std::optional<BlfReader> blf_;
   std::optional<CanCapture> capture_;
   std::uint64_t line_ = 0, malformed_ = 0;
-  std::string first_malformed_;
+  std::string first_malformed_, first_bad_line_;
   std::string interface_, first_interface_;
   bool are_several_told_ = false;
   std::optional<Packet> waiting_;  // the frame behind a fault

@@ -54,7 +54,7 @@ std::string read(const Bytes& bytes) {
   const TemporaryFile file("bus.pcap", bytes);
   auto capture = CaptureFile::open(file.path());
   if (!capture.ok()) return capture.error().message;
-  CanCapture log(std::move(*capture));
+  CanCapture log(std::move(*capture), "bus");
   std::string out;
   for (int i = 0; i < 100; ++i) {
     const auto entry = log.next();
@@ -142,10 +142,10 @@ TEST(CanCapture, WhatIsBrokenIsTold) {
   Bytes bytes = file.bytes();
   bytes.resize(bytes.size() - 1);
   EXPECT_EQ(read(bytes),
-            "a frame of a CAN bus wit\n"
-            "a frame of a CAN bus wit\n"
+            "bus: a frame of a CAN bu\n"
+            "bus: a frame of a CAN bu\n"
             "3 321: 01 02 03\n"
-            "a frame of CAN XL, which\n" +
+            "bus: a frame of CAN XL, \n" +
                 TemporaryFile("bus.pcap", {}).path().substr(0, 24) + "\n");
 
   const TemporaryFile saved("cut.pcap", bytes);

@@ -17,7 +17,7 @@ void read_can(const std::uint8_t* data, std::size_t size) {
   if (!stream) return;
   auto file = CaptureFile::from_stream(stream, "fuzz");
   if (!file.ok()) return;
-  CanCapture log(std::move(*file));
+  CanCapture log(std::move(*file), "fuzz");
   for (std::size_t calls = 0;; ++calls) {
     if (calls > size) std::abort();
     const auto entry = log.next();
