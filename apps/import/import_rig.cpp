@@ -45,12 +45,6 @@ const char* word_of(drivers::RosTimeZero zero) {
   return kWords[static_cast<std::size_t>(zero)];
 }
 
-const char* word_of(drivers::RosCloudDecoder::Message message) {
-  constexpr std::array<const char*, 5> kWords{"point_cloud2", "livox", "laser_scan", "compressed_point_cloud2",
-                                              "point_cloud"};
-  return kWords[static_cast<std::size_t>(message)];
-}
-
 /// The keys of a sensor that reads point clouds.
 std::string keys_of(const drivers::RosCloudDecoder::Config& config) {
   std::string out = fmt::format("    driver: ros_cloud\n    message: {}\n    encoding: {}\n", word_of(config.message),

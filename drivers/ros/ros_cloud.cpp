@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -29,8 +30,20 @@ constexpr std::array<FieldType, 9> kTypes{{{"", 0},
                                            {"uint32", 4},
                                            {"float32", 4},
                                            {"float64", 8}}};
-constexpr std::string_view kPackedCloud = "point_cloud_interfaces/CompressedPointCloud2",
-                           kOldCloud = "sensor_msgs/PointCloud";
+/// A type of messages. Of a kind that has several, the newest is the first.
+struct CloudType {
+  const char* type;
+  RosCloudKind kind;
+};
+constexpr CloudType kCloudTypes[]{
+    {"sensor_msgs/PointCloud2", RosCloudKind::PointCloud2},
+    {"point_cloud_interfaces/CompressedPointCloud2", RosCloudKind::PackedPointCloud2},
+    {"sensor_msgs/PointCloud", RosCloudKind::PointCloud},
+    {"sensor_msgs/LaserScan", RosCloudKind::LaserScan},
+    {"livox_ros_driver2/CustomMsg", RosCloudKind::Livox},
+    {"livox_ros_driver/CustomMsg", RosCloudKind::Livox},
+    {"livox_interfaces/CustomMsg", RosCloudKind::Livox},
+};
 constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7, kFloat64 = 8;
 
 template <class T>
@@ -213,10 +226,27 @@ Result<RosCloud> take_laser_scan(RosReader& in) {
 
 }  // namespace
 
-bool carries_cloud(std::string_view type) {
-  return type == "sensor_msgs/PointCloud2" || type == kPackedCloud || type == kOldCloud ||
-         type == "sensor_msgs/LaserScan" || type == "livox_ros_driver/CustomMsg" ||
-         type == "livox_ros_driver2/CustomMsg" || type == "livox_interfaces/CustomMsg";
+std::optional<RosCloudKind> cloud_kind(std::string_view type) {
+  const auto found = std::ranges::find(kCloudTypes, type, &CloudType::type);
+  return found == std::end(kCloudTypes) ? std::nullopt : std::optional(found->kind);
+}
+
+const char* type_of(RosCloudKind kind) { return std::ranges::find(kCloudTypes, kind, &CloudType::kind)->type; }
+
+const char* word_of(RosCloudKind kind) {
+  switch (kind) {
+    case RosCloudKind::PointCloud2:
+      return "point_cloud2";
+    case RosCloudKind::Livox:
+      return "livox";
+    case RosCloudKind::LaserScan:
+      return "laser_scan";
+    case RosCloudKind::PackedPointCloud2:
+      return "compressed_point_cloud2";
+    case RosCloudKind::PointCloud:
+      break;
+  }
+  return "point_cloud";
 }
 
 const char* type_name(const RosField& field) { return kTypes[field.type].name; }
@@ -248,12 +278,12 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
   }
 }
 
-Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
-  auto out = type == "sensor_msgs/PointCloud2" ? take_point_cloud2(message, false)
-             : type == kPackedCloud            ? take_point_cloud2(message, true)
-             : type == kOldCloud               ? take_point_cloud(message)
-             : type == "sensor_msgs/LaserScan" ? take_laser_scan(message)
-                                               : take_livox(message, message.encoding());
+Result<RosCloud> take_cloud(RosCloudKind kind, RosReader message) {
+  auto out = kind == RosCloudKind::PointCloud2         ? take_point_cloud2(message, false)
+             : kind == RosCloudKind::PackedPointCloud2 ? take_point_cloud2(message, true)
+             : kind == RosCloudKind::PointCloud        ? take_point_cloud(message)
+             : kind == RosCloudKind::LaserScan         ? take_laser_scan(message)
+                                                       : take_livox(message, message.encoding());
   if (!out.ok()) return out.error();
   for (const char* axis : {"x", "y", "z"}) {
     const RosField* field = out->find(axis);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/result.hpp"
@@ -15,11 +16,21 @@
 /// Point clouds in messages of ROS: what a driver has made of a scanner's packets.
 namespace hueline::drivers {
 
-/// Returns whether messages of this type (ros_type()) hold the points of a scanner: sensor_msgs/PointCloud2, the same
-/// compressed by point_cloud_transport (point_cloud_interfaces/CompressedPointCloud2), its older kind
-/// sensor_msgs/PointCloud, CustomMsg of livox_ros_driver and livox_ros_driver2, and sensor_msgs/LaserScan, the ranges
-/// of a scanner with one plane.
-bool carries_cloud(std::string_view type);
+/// The kinds of messages that hold the points of a scanner.
+enum class RosCloudKind : std::uint8_t {
+  PointCloud2,        ///< sensor_msgs/PointCloud2
+  Livox,              ///< CustomMsg of livox_ros_driver and livox_ros_driver2
+  LaserScan,          ///< sensor_msgs/LaserScan, the ranges of a scanner with one plane
+  PackedPointCloud2,  ///< point_cloud_interfaces/CompressedPointCloud2, by point_cloud_transport
+  PointCloud,         ///< sensor_msgs/PointCloud, the older kind
+};
+/// Returns the kind of messages of a type (ros_type()); nothing if they hold no such points.
+std::optional<RosCloudKind> cloud_kind(std::string_view type);
+inline bool carries_cloud(std::string_view type) { return cloud_kind(type).has_value(); }
+/// Returns the type of a kind's messages; of several the newest.
+const char* type_of(RosCloudKind kind);
+/// Returns the word of a kind in a rig (`message: point_cloud2`).
+const char* word_of(RosCloudKind kind);
 
 /// One value that every point of a cloud has.
 struct RosField {
@@ -62,6 +73,12 @@ double value_of(const RosCloud& cloud, const RosField& field, std::span<const st
 /// that contradict each other; Unsupported for a cloud without x, y and z, and one whose compression is not read.
 /// Sources: sensor_msgs/PointCloud2, PointCloud, PointField and LaserScan of ROS's common_interfaces;
 /// CompressedPointCloud2 of its point_cloud_interfaces; CustomMsg of Livox's drivers.
-Result<RosCloud> take_cloud(std::string_view type, RosReader message);
+Result<RosCloud> take_cloud(RosCloudKind kind, RosReader message);
+/// The same for a message of a type that carries_cloud().
+inline Result<RosCloud> take_cloud(std::string_view type, RosReader message) {
+  const auto kind = cloud_kind(type);
+  if (!kind) return Error{ErrorCode::Unsupported, std::string(type) + " holds no point cloud"};
+  return take_cloud(*kind, std::move(message));
+}
 
 }  // namespace hueline::drivers

@@ -26,22 +26,6 @@ constexpr nanoseconds kLongestCounter = std::chrono::hours(876'000);
 /// Points that span more than so many periods, or less than this part of one, have times that were misunderstood.
 constexpr double kMostPeriods = 1.5, kLeastPeriods = 0.005;
 
-const char* type_of(RosCloudDecoder::Message message) {
-  switch (message) {
-    case RosCloudDecoder::Message::Livox:
-      return "livox_ros_driver2/CustomMsg";
-    case RosCloudDecoder::Message::LaserScan:
-      return "sensor_msgs/LaserScan";
-    case RosCloudDecoder::Message::PackedPointCloud2:
-      return "point_cloud_interfaces/CompressedPointCloud2";
-    case RosCloudDecoder::Message::PointCloud:
-      return "sensor_msgs/PointCloud";
-    case RosCloudDecoder::Message::PointCloud2:
-      break;
-  }
-  return "sensor_msgs/PointCloud2";
-}
-
 const RosField* first_of(const RosCloud& cloud, std::initializer_list<const char*> names) {
   for (const char* name : names)
     if (const RosField* field = cloud.find(name)) return field;
@@ -72,11 +56,11 @@ void RosCloudDecoder::Config::visit(Keys& keys) {
                "`sensor_msgs/LaserScan`, `point_cloud_interfaces/CompressedPointCloud2`, or `sensor_msgs/PointCloud`, "
                "its older kind."},
               message,
-              {{"point_cloud2", Message::PointCloud2},
-               {"livox", Message::Livox},
-               {"laser_scan", Message::LaserScan},
-               {"compressed_point_cloud2", Message::PackedPointCloud2},
-               {"point_cloud", Message::PointCloud}});
+              {{word_of(Message::PointCloud2), Message::PointCloud2},
+               {word_of(Message::Livox), Message::Livox},
+               {word_of(Message::LaserScan), Message::LaserScan},
+               {word_of(Message::PackedPointCloud2), Message::PackedPointCloud2},
+               {word_of(Message::PointCloud), Message::PointCloud}});
   keys.choice({"encoding", "", "How the messages are encoded: by ROS 1, or by ROS 2 (CDR)."}, encoding,
               {{"ros1", RosEncoding::Ros1}, {"cdr", RosEncoding::Cdr}});
   keys.flag(
@@ -137,9 +121,7 @@ KeyError RosCloudDecoder::Config::validate() const {
 RosCloudDecoder::Config RosCloudDecoder::suited(std::string_view type, RosEncoding encoding, const RosCloud& first,
                                                 nanoseconds period) {
   Config out;
-  out.message = Message::Livox;
-  for (const Message one : {Message::PointCloud2, Message::LaserScan, Message::PackedPointCloud2, Message::PointCloud})
-    if (type == type_of(one)) out.message = one;
+  out.message = cloud_kind(type).value_or(Message::PointCloud2);
   out.encoding = encoding;
   out.times = recognise_times(first, {}).value_or(RosTimeRule{});
   out.stamp_is_enough = out.times.field.empty();
@@ -184,7 +166,7 @@ void RosCloudDecoder::refuse(const Packet& packet, const std::string& what, std:
 }
 
 void RosCloudDecoder::decode(const Packet& packet, std::vector<Measurement>& out) {
-  auto cloud = take_cloud(type_of(config_.message), RosReader(packet.bytes.bytes(), config_.encoding));
+  auto cloud = take_cloud(config_.message, RosReader(packet.bytes.bytes(), config_.encoding));
   if (!cloud.ok()) return refuse(packet, cloud.error().message, out);
   if (count_ns(cloud->header.stamp) == 0) {
     cloud->header.stamp = UnixTime(packet.received.time_since_epoch());

@@ -36,7 +36,7 @@ class RosCloudDecoder final : public Decoder {
   static constexpr const char* kReturnless = "points without a return";
   static constexpr const char* kOutOfRange = "points nearer than min_range_m or beyond max_range_m";
 
-  enum class Message : std::uint8_t { PointCloud2, Livox, LaserScan, PackedPointCloud2, PointCloud };
+  using Message = RosCloudKind;
   struct Config {
     Message message = Message::PointCloud2;
     RosEncoding encoding = RosEncoding::Cdr;
