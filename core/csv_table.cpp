@@ -4,10 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <utility>
+
+#include "core/number_word.hpp"
 
 namespace hueline {
 namespace {
@@ -79,12 +80,6 @@ std::string unknown(const std::string& name, const CsvTable::Columns& columns) {
   return why;
 }
 
-template <class T>
-bool reads(const std::string& word, T& value) {
-  const auto [end, wrong] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return wrong == std::errc() && end == word.data() + word.size();
-}
-
 }  // namespace
 
 Result<CsvTable> CsvTable::parse(std::string_view text, const std::string& file, const Columns& columns) {
@@ -148,13 +143,13 @@ const std::string& CsvTable::text(std::size_t row, const std::string& column) co
 Result<double> CsvTable::number(std::size_t row, const std::string& column) const {
   const std::string& word = text(row, column);
   double value = 0;
-  if (reads(word, value) && std::isfinite(value)) return value;
+  if (read_number(word, value) && std::isfinite(value)) return value;
   const std::size_t comma = word.find(',');
   if (comma == std::string::npos) return refuse(row, fmt::format("{} is '{}', not a number", column, word));
   if (separator_ != ',' && !has_point_[columns_.at(column)]) {
     std::string pointed = word;
     pointed[comma] = '.';
-    if (reads(pointed, value) && std::isfinite(value)) return value;
+    if (read_number(pointed, value) && std::isfinite(value)) return value;
   }
   return refuse(row, fmt::format("{} is '{}', not a number; decimals stand behind a point", column, word));
 }
@@ -169,7 +164,7 @@ Result<std::optional<double>> CsvTable::optional_number(std::size_t row, const s
 Result<std::uint32_t> CsvTable::whole_number(std::size_t row, const std::string& column) const {
   const std::string& word = text(row, column);
   std::uint32_t value = 0;
-  if (reads(word, value)) return value;
+  if (read_number(word, value)) return value;
   return refuse(row, fmt::format("{} is '{}', not a whole number", column, word));
 }
 

@@ -3,23 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <tuple>
 
+#include "core/number_word.hpp"
+
 namespace hueline::runtime {
-namespace {
-
-std::optional<std::uint32_t> whole_number(std::string_view text) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || text.empty()) return {};
-  return value;
-}
-
-}  // namespace
-
 bool ExposureChoice::has_number(std::uint32_t number) const {
   return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
            return range.first <= number && number <= range.second;
@@ -58,7 +48,7 @@ Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {
       "'" + text + "' chooses no exposures; allowed: all, every:N, or numbers and ranges such as 3,7,20-30"};
   if (text == "all") return out;
   if (constexpr std::string_view kEvery = "every:"; text.starts_with(kEvery)) {
-    const auto every = whole_number(std::string_view(text).substr(kEvery.size()));
+    const auto every = parse_number<std::uint32_t>(std::string_view(text).substr(kEvery.size()));
     if (!every || *every == 0 || *every > 1'000'000) return wrong;
     out.every = static_cast<int>(*every);
     return out;
@@ -67,8 +57,8 @@ Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {
     const std::size_t comma = left.find(',');
     const std::string_view part = left.substr(0, comma);
     const std::size_t dash = part.find('-');
-    const auto first = whole_number(part.substr(0, dash));
-    const auto last = dash == std::string_view::npos ? first : whole_number(part.substr(dash + 1));
+    const auto first = parse_number<std::uint32_t>(part.substr(0, dash));
+    const auto last = dash == std::string_view::npos ? first : parse_number<std::uint32_t>(part.substr(dash + 1));
     if (!first || !last || *last < *first) return wrong;
     out.numbers.emplace_back(*first, *last);
     if (comma == std::string_view::npos) return out;

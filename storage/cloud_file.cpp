@@ -12,6 +12,7 @@
 
 #include "core/input_file.hpp"
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_header.hpp"
 
@@ -71,7 +72,7 @@ Result<PlyHeader> read_ply_header(std::string_view text, const std::string& name
       out.is_big_endian = words[1] == "binary_big_endian";
     } else if (words[0] == "element" && words.size() == 3) {
       std::size_t count = 0;
-      if (!parse_pcd_number(words[2], count)) return wrong("PLY: an element without a number");
+      if (!read_number(words[2], count)) return wrong("PLY: an element without a number");
       element = words[1];
       if (element == "vertex") {
         points.points = count;
@@ -242,8 +243,7 @@ Result<PcdCloud> decode_npy(std::span<const std::byte> bytes, const std::string&
   std::size_t points = 0, columns = 0;
   if ((!is_float32 && header.find("'<f8'") == std::string_view::npos) ||
       header.find("'fortran_order': False") == std::string_view::npos || words.size() != 2 ||
-      !parse_pcd_number(words[0], points) || !parse_pcd_number(words[1], columns) || columns < kFewest ||
-      columns > kMost)
+      !read_number(words[0], points) || !read_number(words[1], columns) || columns < kFewest || columns > kMost)
     return Error{
         ErrorCode::Unsupported,
         fmt::format("{}: a NumPy array of this kind is not read: {}; a row for each point is wanted, x, y, z and "

@@ -3,23 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 
 #include "core/input_folder.hpp"
+#include "core/number_word.hpp"
 
 namespace hueline::storage {
 namespace {
 
 constexpr std::size_t kDigits = 6;
-
-template <class Number>
-std::optional<Number> number_of(std::string_view text) {
-  Number out{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
-  return out;
-}
 
 /// Returns runs of numbers as "1-4,7".
 std::string written(const std::vector<bool>& removed) {
@@ -41,8 +33,8 @@ std::vector<bool> read_runs(std::string_view text) {
     const std::string_view run = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), run.size() + 1));
     const std::size_t dash = run.find('-');
-    const auto first = number_of<std::uint32_t>(run.substr(0, dash));
-    const auto last = dash == std::string_view::npos ? first : number_of<std::uint32_t>(run.substr(dash + 1));
+    const auto first = parse_number<std::uint32_t>(run.substr(0, dash));
+    const auto last = dash == std::string_view::npos ? first : parse_number<std::uint32_t>(run.substr(dash + 1));
     if (!first || !last || *last < *first || *last > kMostSegments) continue;
     if (out.size() <= *last) out.resize(*last + std::size_t{1});
     for (std::size_t i = *first; i <= *last; ++i) out[i] = true;
@@ -62,7 +54,7 @@ Segment first_of(const std::filesystem::path& segment) {
   const std::filesystem::path stem = segment.stem();
   const std::string digits = stem.has_extension() ? stem.extension().string().substr(1) : std::string();
   if (digits.size() != kDigits || digits.find_first_not_of("0123456789") != std::string::npos) return {1, segment};
-  const auto number = number_of<std::uint32_t>(digits);
+  const auto number = parse_number<std::uint32_t>(digits);
   if (!number || *number < 2) return {1, segment};
   return {*number, segment.parent_path() / (stem.stem().string() + segment.extension().string())};
 }
@@ -89,11 +81,11 @@ SegmentPlace SegmentPlace::of(const JournalHeader& header) {
   };
   SegmentPlace out;
   out.recording = text(kSegmentRecording);
-  out.number = std::max(1u, number_of<std::uint32_t>(text(kSegmentNumber)).value_or(1));
-  out.follows = number_of<std::uint64_t>(text(kSegmentFollows));
+  out.number = std::max(1u, parse_number<std::uint32_t>(text(kSegmentNumber)).value_or(1));
+  out.follows = parse_number<std::uint64_t>(text(kSegmentFollows));
   out.removed = read_runs(text(kSegmentRemoved));
-  out.removed_packets = number_of<std::uint64_t>(text(kSegmentRemovedPackets)).value_or(0);
-  out.removed_bytes = number_of<std::uint64_t>(text(kSegmentRemovedBytes)).value_or(0);
+  out.removed_packets = parse_number<std::uint64_t>(text(kSegmentRemovedPackets)).value_or(0);
+  out.removed_bytes = parse_number<std::uint64_t>(text(kSegmentRemovedBytes)).value_or(0);
   return out;
 }
 

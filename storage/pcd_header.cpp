@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -72,7 +73,7 @@ Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name
       if (key == "TYPE") header.types.push_back(words[i][0]);
       if (key == "SIZE" || key == "COUNT" || key == "POINTS" || key == "WIDTH" || key == "HEIGHT") {
         const std::size_t most = key == "SIZE" || key == "COUNT" ? kMostPcdColumns : 2'000'000'000u;
-        if (!parse_pcd_number(words[i], number) || number > most)
+        if (!read_number(words[i], number) || number > most)
           return malformed(name, line_number,
                            fmt::format("{} is '{}'; allowed: a whole number from 0 to {}", key, words[i], most));
         if (key == "WIDTH") width = number;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <charconv>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -42,12 +41,5 @@ struct PcdHeader {
 /// line; Truncated if there is no DATA line; Unsupported if there are more columns or a longer header than the limits
 /// above.
 Result<PcdHeader> read_pcd_header(std::string_view text, const std::string& name);
-
-/// Parses a number. Returns true if the whole word is a number of type T.
-template <class T>
-bool parse_pcd_number(std::string_view word, T& out) {
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
-  return error == std::errc() && end == word.data() + word.size();
-}
 
 }  // namespace hueline::storage

@@ -10,6 +10,7 @@
 
 #include "core/input_file.hpp"
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 #include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
@@ -95,7 +96,7 @@ Result<PcdCloud> read_ascii(const PcdHeader& header, std::string_view text, cons
     for (std::size_t c = 0; c < words.size(); ++c) {
       if (column_of[c] == kNowhere) continue;
       double value = 0;
-      if (!parse_pcd_number(words[c], value))
+      if (!read_number(words[c], value))
         return Error{ErrorCode::Malformed, fmt::format("{}: point {}: '{}' is not a number", name, row, words[c])};
       cloud.columns[column_of[c]].push_back(value);
     }

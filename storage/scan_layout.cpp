@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 #include "storage/las_format.hpp"
 #include "storage/pcd_header.hpp"
 #include "storage/scan_file.hpp"
@@ -67,7 +68,7 @@ Result<ScanLayout> ply_layout(const InputFile& file, std::string_view text) {
     if (words[0] == "format" && words.size() >= 2) encoding = words[1];
     if (words[0] == "element" && words.size() == 3) {
       std::uint64_t count = 0;
-      if (!parse_pcd_number(words[2], count))
+      if (!read_number(words[2], count))
         return malformed(file, fmt::format("PLY: '{}' is no number of elements", words[2]));
       in_vertex = words[1] == "vertex";
       if (in_vertex && has_more)

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -22,6 +21,7 @@
 #include "apps/fleet/upload.hpp"
 #include "apps/log.hpp"
 #include "apps/signals.hpp"
+#include "core/number_word.hpp"
 #include "core/output_file.hpp"
 
 namespace hueline::apps {
@@ -57,9 +57,8 @@ int plan_fleet(const FleetWish& wish, const std::string& out) {
 
 int do_one(const FleetPlan& plan, const std::string& number, int threads) {
   StopSignals signals;
-  std::size_t place = 0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), place);
-  if (error != std::errc() || end != number.data() + number.size() || place < 1 || place > plan.tasks.size()) {
+  const std::size_t place = parse_number<std::size_t>(number).value_or(0);
+  if (place < 1 || place > plan.tasks.size()) {
     log_error("task '{}': the tasks of {} have the numbers 1 to {}", number, plan.file.string(), plan.tasks.size());
     return kWrongUse;
   }

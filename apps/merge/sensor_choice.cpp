@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 
 #include "config/rig_difference.hpp"
+#include "core/number_word.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -80,10 +80,8 @@ class Choice {
       const std::size_t split = word.find('=');
       const std::string name = word.substr(0, split);
       const std::string digits = split == std::string::npos ? std::string() : word.substr(split + 1);
-      std::size_t number = 0;
-      const auto [end, wrong] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-      if (digits.empty() || wrong != std::errc() || end != digits.data() + digits.size() || number < 1 ||
-          number > journals_.size())
+      const std::size_t number = parse_number<std::size_t>(digits).value_or(0);
+      if (number < 1 || number > journals_.size())
         return Error{ErrorCode::Invalid,
                      fmt::format("--take {}: give a sensor and the number of a recording from 1 to {}, such as laser=2",
                                  word, journals_.size())};

@@ -8,6 +8,7 @@
 
 #include "core/calendar.hpp"
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_log_words.hpp"
 
@@ -19,7 +20,6 @@ using can_words::decimal;
 using can_words::seconds;
 using can_words::take_bytes;
 using can_words::take_digits;
-using can_words::whole;
 
 using Entry = Result<std::optional<CanLogEntry>>;
 
@@ -34,7 +34,8 @@ bool take_id(std::string_view word, int base, CanFrame& frame) {
 /// Reads an id. Error frames have the kernel's flag in an id of eight digits.
 bool take_candump_id(std::string_view word, CanFrame& frame) {
   std::uint32_t id = 0;
-  if ((word.size() != 3 && word.size() != 8) || !whole(word, id, 16) || (word.size() == 3 && id > 0x7FF)) return false;
+  if ((word.size() != 3 && word.size() != 8) || !read_number(word, id, 16) || (word.size() == 3 && id > 0x7FF))
+    return false;
   frame.is_error = word.size() == 8 && (id & 0x20000000) != 0;
   frame.is_extended = word.size() == 8 && !frame.is_error;
   frame.id = id & 0x1FFFFFFF;
@@ -53,7 +54,7 @@ Entry take_candump_columns(std::string_view line, std::span<const std::string_vi
   if (words.size() < at + 2 || !take_candump_id(words[at], frame)) return bad(line, "no id");
   std::string_view length = words[at + 1];
   unsigned count = 0;
-  if (!length.starts_with('[') || !length.ends_with(']') || !whole(length.substr(1, length.size() - 2), count))
+  if (!length.starts_with('[') || !length.ends_with(']') || !read_number(length.substr(1, length.size() - 2), count))
     return bad(line, "no [length]");
   frame.is_fd = length.size() == 4;
   const auto data = words.subspan(at + 2);
@@ -77,8 +78,9 @@ bool take_candump_time(std::string_view& line, nanoseconds& out) {
   const auto parts = line_words(text, "-: ");
   UtcTime utc;
   nanoseconds in_minute{};
-  if (parts.size() != 6 || !whole(parts[0], utc.year) || !whole(parts[1], utc.month) || !whole(parts[2], utc.day) ||
-      !whole(parts[3], utc.hour) || !whole(parts[4], utc.minute) || !seconds(parts[5], in_minute))
+  if (parts.size() != 6 || !read_number(parts[0], utc.year) || !read_number(parts[1], utc.month) ||
+      !read_number(parts[2], utc.day) || !read_number(parts[3], utc.hour) || !read_number(parts[4], utc.minute) ||
+      !seconds(parts[5], in_minute))
     return false;
   const auto minute = from_utc(utc);
   if (!minute || in_minute > std::chrono::seconds(60)) return false;
@@ -104,7 +106,7 @@ Entry take_candump_frame(std::string_view line, std::string_view text, CanLogEnt
   if (data.size() % 2 != 0 || data.size() / 2 > (frame.is_fd ? kCanDataMost : 8))
     return bad(line, "too many or half bytes");
   for (; !data.empty(); data.remove_prefix(2))
-    if (!whole(data.substr(0, 2), frame.data[frame.length++], 16)) return bad(line, "a byte that is none");
+    if (!read_number(data.substr(0, 2), frame.data[frame.length++], 16)) return bad(line, "a byte that is none");
   return Entry(out);
 }
 
@@ -234,7 +236,7 @@ Entry CanLogParser::take_trc(std::string_view line) const {
         if (!take_trc_type(word, frame)) return Entry(std::nullopt);
         break;
       case 'B':
-        if (word != "-" && !whole(word, frame.bus)) return bad(line, "no number of the bus");
+        if (word != "-" && !read_number(word, frame.bus)) return bad(line, "no number of the bus");
         break;
       case 'I':
         if (!has_types && word == "FFFFFFFF") return Entry(std::nullopt);  // a warning of version 1.0
@@ -245,11 +247,11 @@ Entry CanLogParser::take_trc(std::string_view line) const {
         frame.is_local = word == "Tx";
         break;
       case 'L':
-        if (!whole(word, length) || length > 15) return bad(line, "no length code");
+        if (!read_number(word, length) || length > 15) return bad(line, "no length code");
         length = bytes_of_code(length, frame.is_fd);
         break;
       case 'l':
-        if (!whole(word, length) || length > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "no length");
+        if (!read_number(word, length) || length > (frame.is_fd ? kCanDataMost : 8)) return bad(line, "no length");
         break;
       default:
         break;  // the row's number, or what is not used
@@ -280,7 +282,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
   const int base = is_hex_ ? 16 : 10;
   const bool is_fd = words.size() > 1 && words[1] == "CANFD";
   const std::size_t channel = is_fd ? 2 : 1;
-  if (words.size() < channel + 2 || !whole(words[channel], frame.bus))
+  if (words.size() < channel + 2 || !read_number(words[channel], frame.bus))
     return Entry(std::nullopt);  // another event: "Start of measurement", statistics
   for (std::size_t i = channel + 1; i < std::min(words.size(), channel + 3); ++i)
     if (words[i] == "ErrorFrame") {
@@ -294,12 +296,12 @@ Entry CanLogParser::take_asc(std::string_view line) {
     at += 2;
     if (words[at] != "0" && words[at] != "1") ++at;
     unsigned length = 0;
-    if (words.size() < at + 4 || !whole(words[at + 3], length) || length > kCanDataMost ||
+    if (words.size() < at + 4 || !read_number(words[at + 3], length) || length > kCanDataMost ||
         words.size() < at + 4 + length)
       return bad(line, "an FD frame without its data");
     frame.is_fd = true;
     for (unsigned i = 0; i < length; ++i)
-      if (!whole(words[at + 4 + i], frame.data[i], base)) return bad(line, "a byte that is none");
+      if (!read_number(words[at + 4 + i], frame.data[i], base)) return bad(line, "a byte that is none");
     frame.length = static_cast<std::uint8_t>(length);
     return Entry(out);
   }
@@ -312,7 +314,8 @@ Entry CanLogParser::take_asc(std::string_view line) {
     return Entry(out);
   }
   unsigned length = 0;
-  if (words[4] != "d" || words.size() < 6 || !whole(words[5], length, 16)) return bad(line, "a frame without its data");
+  if (words[4] != "d" || words.size() < 6 || !read_number(words[5], length, 16))
+    return bad(line, "a frame without its data");
   // The length code of a classic frame may be 9 to 15, which means 8 bytes. Some programs write FD frames in this form.
   frame.is_fd = length > 8 && length <= kCanDataMost && words.size() >= 6 + length && words[6 + 8].size() <= 3 &&
                 words[6 + 8].find_first_not_of("0123456789ABCDEFabcdef") == std::string_view::npos;
@@ -320,7 +323,7 @@ Entry CanLogParser::take_asc(std::string_view line) {
   if (length > (frame.is_fd ? kCanDataMost : 8) || words.size() < 6 + length)
     return bad(line, "a frame without its data");
   for (unsigned i = 0; i < length; ++i)
-    if (!whole(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
+    if (!read_number(words[6 + i], frame.data[i], base)) return bad(line, "a byte that is none");
   frame.length = static_cast<std::uint8_t>(length);
   return Entry(out);
 }

@@ -10,6 +10,7 @@
 
 #include "core/base64.hpp"
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_log_words.hpp"
 
@@ -21,7 +22,6 @@ using can_words::decimal;
 using can_words::seconds;
 using can_words::take_bytes;
 using can_words::take_digits;
-using can_words::whole;
 
 /// Splits a row at its commas; values may be empty.
 std::vector<std::string_view> values_of_row(std::string_view line) {
@@ -81,7 +81,7 @@ bool CanLogTable::take_names(std::string_view line) {
     const std::string name = plain_name(value);
     const auto found = kNames.find(name);
     unsigned number = 0;
-    const bool is_byte = name.starts_with('d') && whole(std::string_view(name).substr(1), number);
+    const bool is_byte = name.starts_with('d') && read_number(std::string_view(name).substr(1), number);
     columns.push_back(found != kNames.end() ? found->second : is_byte ? Column::Byte : Column::Other);
   }
   const auto has = [&](Column column) { return std::ranges::find(columns, column) != columns.end(); };
@@ -134,10 +134,10 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
         frame.is_local = plain_name(value) == "tx";
         break;
       case Column::Bus:
-        if (!whole(value, frame.bus)) return bad(line, "no number of the bus");
+        if (!read_number(value, frame.bus)) return bad(line, "no number of the bus");
         break;
       case Column::Length:
-        if (!whole(value, length) || length > kCanDataMost) return bad(line, "no length");
+        if (!read_number(value, length) || length > kCanDataMost) return bad(line, "no length");
         break;
       case Column::Byte:
         bytes.push_back(value);
@@ -150,7 +150,7 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_row(std::string_view line) 
     }
   }
   std::int64_t microseconds = 0;
-  if (whole(time, microseconds) && microseconds >= 0 && microseconds < 9'000'000'000'000'000)
+  if (read_number(time, microseconds) && microseconds >= 0 && microseconds < 9'000'000'000'000'000)
     out.time = going_on(std::chrono::microseconds(microseconds), std::chrono::microseconds(std::int64_t{1} << 32));
   else if (!seconds(time, out.time))
     return bad(line, "no time");
@@ -182,7 +182,8 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_busmaster(std::string_view 
   const auto parts = line_words(words[0], ":");
   std::array<unsigned, 4> clock{};
   bool is_time = parts.size() == clock.size();
-  for (std::size_t i = 0; is_time && i < clock.size(); ++i) is_time = whole(parts[i], clock[i]) && clock[i] < 10'000;
+  for (std::size_t i = 0; is_time && i < clock.size(); ++i)
+    is_time = read_number(parts[i], clock[i]) && clock[i] < 10'000;
   if (!is_time) return bad(line, "no time");
   const nanoseconds time = std::chrono::hours(clock[0]) + std::chrono::minutes(clock[1]) +
                            std::chrono::seconds(clock[2]) + std::chrono::microseconds(100 * clock[3]);
@@ -190,7 +191,7 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_busmaster(std::string_view 
     out.time = last_ += time;
   else
     out.time = going_on(time, std::chrono::hours(24));
-  if (words.size() < 6 || !whole(words[2], frame.bus)) return bad(line, "too few columns");
+  if (words.size() < 6 || !read_number(words[2], frame.bus)) return bad(line, "too few columns");
   frame.is_local = words[1] == "Tx";
   const std::string type = plain_name(words[4]);
   frame.is_extended = type.starts_with('x');
@@ -201,10 +202,10 @@ Result<std::optional<CanLogEntry>> CanLogTable::take_busmaster(std::string_view 
   if (!take_digits(id, is_hex_ ? 16 : 10, frame)) return bad(line, "no id");
   if (frame.is_remote) return std::optional(out);
   unsigned length = 0;
-  if (!whole(words[5], length) || length > kCanDataMost || words.size() < 6 + length)
+  if (!read_number(words[5], length) || length > kCanDataMost || words.size() < 6 + length)
     return bad(line, "a frame without its data");
   for (unsigned i = 0; i < length; ++i)
-    if (!whole(words[6 + i], frame.data[i], is_hex_ ? 16 : 10)) return bad(line, "a byte that is none");
+    if (!read_number(words[6 + i], frame.data[i], is_hex_ ? 16 : 10)) return bad(line, "a byte that is none");
   frame.length = static_cast<std::uint8_t>(length);
   frame.is_fd = length > 8;
   return std::optional(out);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -10,17 +9,12 @@
 #include <string>
 #include <string_view>
 
+#include "core/number_word.hpp"
 #include "core/result.hpp"
 #include "drivers/can/can_frame.hpp"
 
 /// What the readers of text logs of CAN buses share: numbers, times, ids and bytes.
 namespace hueline::drivers::can_words {
-
-template <class T>
-bool whole(std::string_view word, T& value, int base = 10) {
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value, base);
-  return error == std::errc() && end == word.data() + word.size();
-}
 
 /// Reads a time such as "12.345678" exactly, whose unit has as many nanoseconds as 1 with `places` zeros.
 inline bool decimal(std::string_view word, std::size_t places, std::chrono::nanoseconds& out) {
@@ -30,7 +24,7 @@ inline bool decimal(std::string_view word, std::size_t places, std::chrono::nano
   if (digits.empty() || digits.size() > places) return false;
   digits.resize(places, '0');
   std::int64_t ns = 0;
-  if (!whole(std::string(word.substr(0, dot)) + digits, ns) || ns > 9'000'000'000'000'000'000) return false;
+  if (!read_number(std::string(word.substr(0, dot)) + digits, ns) || ns > 9'000'000'000'000'000'000) return false;
   out = std::chrono::nanoseconds(ns);
   return true;
 }
@@ -44,14 +38,14 @@ inline Error bad(std::string_view line, std::string_view what) {
 
 /// Reads the digits of an id; `is_extended` is set already.
 inline bool take_digits(std::string_view word, int base, CanFrame& frame) {
-  return whole(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
+  return read_number(word, frame.id, base) && frame.id <= (frame.is_extended ? 0x1FFFFFFFU : 0x7FFU);
 }
 
 /// Reads the first words as bytes of two hex digits each. Returns what is wrong; nothing if they are the frame's data.
 inline std::string_view take_bytes(std::span<const std::string_view> words, std::size_t count, CanFrame& frame) {
   if (words.size() < count) return "a frame without its data";
   for (std::size_t i = 0; i < count; ++i)
-    if (words[i].size() != 2 || !whole(words[i], frame.data[i], 16)) return "a byte that is none";
+    if (words[i].size() != 2 || !read_number(words[i], frame.data[i], 16)) return "a byte that is none";
   frame.length = static_cast<std::uint8_t>(count);
   return {};
 }

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "core/number_word.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -84,13 +85,6 @@ class Sections {
   const Json& root_;
 };
 
-template <class T>
-std::optional<T> whole_of(const std::string& text) {
-  T value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
-
 OusterTimestampMode mode_of(const std::string& word) {
   if (word == "TIME_FROM_INTERNAL_OSC") return OusterTimestampMode::Oscillator;
   if (word == "TIME_FROM_SYNC_PULSE_IN") return OusterTimestampMode::SyncPulse;
@@ -102,7 +96,7 @@ OusterTimestampMode mode_of(const std::string& word) {
 void read_identity(const Sections& all, OusterMetadata& out) {
   out.product = all.text("sensor_info", "prod_line");
   out.firmware = all.text("sensor_info", "build_rev");
-  out.serial = whole_of<std::uint64_t>(all.text("sensor_info", "prod_sn"));
+  out.serial = parse_number<std::uint64_t>(all.text("sensor_info", "prod_sn"));
   if (out.serial == 0) out.serial.reset();
   if (const Json* id = all.find("sensor_info", "initialization_id"); id && id->is_number_unsigned())
     out.init_id = static_cast<std::uint32_t>(id->get<std::uint64_t>() & 0xFFFFFFU);
@@ -121,7 +115,7 @@ bool is_before_2_1(const std::string& firmware) {
 Status read_format(const Sections& all, OusterMetadata& out) {
   // "1024x10": columns and frames a second.
   const std::string mode = all.text("config_params", "lidar_mode");
-  const auto mode_columns = whole_of<int>(mode.substr(0, mode.find('x')));
+  const auto mode_columns = parse_number<int>(mode.substr(0, mode.find('x')));
   const auto whole = [&](const char* key, double otherwise, double max) {
     return all.number("lidar_data_format", key, all.number("data_format", key, otherwise, 1, max).value_or(0), 1, max);
   };

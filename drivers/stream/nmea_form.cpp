@@ -1,8 +1,9 @@
 #include "drivers/stream/nmea_form.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
+
+#include "core/number_word.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -67,17 +68,9 @@ std::string_view NmeaSentence::field(std::size_t number) const {
 std::optional<double> NmeaSentence::number(std::size_t number) const {
   std::string_view text = field(number);
   if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
-  return value;
+  const std::optional<double> value = parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
-std::optional<int> NmeaSentence::whole(std::size_t number) const {
-  const std::string_view text = field(number);
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
-  return value;
-}
+std::optional<int> NmeaSentence::whole(std::size_t number) const { return parse_number<int>(field(number)); }
 
 }  // namespace hueline::drivers

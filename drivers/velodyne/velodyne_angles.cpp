@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +16,7 @@
 
 #include "core/angle.hpp"
 #include "core/input_file.hpp"
+#include "core/number_word.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -30,10 +30,8 @@ using LaserKeys = std::map<std::string, double, std::less<>>;
 
 std::optional<double> number_in(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (read.ec != std::errc() || read.ptr != text.data() + text.size() || !std::isfinite(value)) return {};
-  return value;
+  const std::optional<double> value = parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// Reads the list of lasers. The files have maps in braces or a line for each key; both are words that end with a
