@@ -2,17 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "drivers/big_endian.hpp"
+
 namespace hueline::drivers {
 namespace {
 
 constexpr std::uint32_t kMagic = 0xCAFEBABE, kVersion = 2;
 constexpr std::uint32_t kMostImageBytes = 256u << 20;  // six lenses of any model fit several times
-
-std::uint32_t be32(std::span<const std::byte> bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
-  return value;
-}
 
 /// The cycle time of the bus, whose cycles are of 125 us and have 3072 parts.
 nanoseconds cycle_time_of(std::uint32_t word) {
@@ -23,10 +19,10 @@ nanoseconds cycle_time_of(std::uint32_t word) {
 }  // namespace
 
 std::optional<std::uint32_t> ladybug_image_size(std::span<const std::byte> first_bytes) {
-  if (first_bytes.size() < kLadybugFramingSize || be32(first_bytes, kLadybugMagicAt) != kMagic ||
-      be32(first_bytes, kLadybugMagicAt + 4) != kVersion)
+  if (first_bytes.size() < kLadybugFramingSize || be32(&first_bytes[kLadybugMagicAt]) != kMagic ||
+      be32(&first_bytes[kLadybugMagicAt + 4]) != kVersion)
     return std::nullopt;
-  const std::uint32_t size = be32(first_bytes, kLadybugSizeAt);
+  const std::uint32_t size = be32(&first_bytes[kLadybugSizeAt]);
   if (size < kJpegPlanesHeaderSize || size > kMostImageBytes) return std::nullopt;
   return size;
 }
@@ -35,27 +31,27 @@ Result<LadybugImage> read_ladybug_image(std::span<const std::byte> bytes) {
   if (bytes.size() < kJpegPlanesHeaderSize)
     return Error{ErrorCode::Truncated,
                  fmt::format("Ladybug image of {} bytes; its head alone has {}", bytes.size(), kJpegPlanesHeaderSize)};
-  if (const std::uint32_t magic = be32(bytes, 0x10); magic != kMagic)
+  if (const std::uint32_t magic = be32(&bytes[0x10]); magic != kMagic)
     return Error{ErrorCode::Malformed,
                  fmt::format("Ladybug image with 0x{:08x} where 0x{:08x} belongs", magic, kMagic)};
-  if (const std::uint32_t version = be32(bytes, 0x14); version != kVersion)
+  if (const std::uint32_t version = be32(&bytes[0x14]); version != kVersion)
     return Error{ErrorCode::Unsupported,
                  fmt::format("Ladybug image of version {}; version {} is read", version, kVersion)};
   LadybugImage image;
-  image.size = be32(bytes, kLadybugSizeAt);
-  image.cycle_time = cycle_time_of(be32(bytes, 0x00));
-  const std::uint32_t microseconds = be32(bytes, 0x1C);
+  image.size = be32(&bytes[kLadybugSizeAt]);
+  image.cycle_time = cycle_time_of(be32(&bytes[0x00]));
+  const std::uint32_t microseconds = be32(&bytes[0x1C]);
   if (microseconds >= 1'000'000)
     return Error{ErrorCode::Malformed, fmt::format("Ladybug image with {} us in a second", microseconds)};
-  image.unix_time = std::chrono::seconds(be32(bytes, 0x18)) + std::chrono::microseconds(microseconds);
-  image.sequence = be32(bytes, 0x20);
-  image.white_balance = be32(bytes, 0x40);
-  image.bayer_gain = be32(bytes, 0x44);
-  image.bayer_map = be32(bytes, 0x48);
-  image.brightness = be32(bytes, 0x4C);
-  image.gamma = be32(bytes, 0x50);
-  image.serial = be32(bytes, 0x54);
-  const std::size_t offset = be32(bytes, 0x338), size = be32(bytes, 0x33C);
+  image.unix_time = std::chrono::seconds(be32(&bytes[0x18])) + std::chrono::microseconds(microseconds);
+  image.sequence = be32(&bytes[0x20]);
+  image.white_balance = be32(&bytes[0x40]);
+  image.bayer_gain = be32(&bytes[0x44]);
+  image.bayer_map = be32(&bytes[0x48]);
+  image.brightness = be32(&bytes[0x4C]);
+  image.gamma = be32(&bytes[0x50]);
+  image.serial = be32(&bytes[0x54]);
+  const std::size_t offset = be32(&bytes[0x338]), size = be32(&bytes[0x33C]);
   if (size > 0) {
     if (offset > bytes.size() || size > bytes.size() - offset)
       return Error{ErrorCode::Malformed,
