@@ -22,8 +22,6 @@ std::string shown(const YAML::Node& node) {
   return "nothing";
 }
 
-constexpr std::uint64_t kMostConfiguration = 1'000'000;  // bytes; the files that people write have some thousand
-
 /// Returns the node that a path such as "lenses[1].width" leads to, or the last existing node on the way.
 YAML::Node node_at(YAML::Node at, std::string_view path) {
   while (!path.empty()) {

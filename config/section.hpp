@@ -1,6 +1,7 @@
 #pragma once
 
 #include <yaml-cpp/yaml.h>
+#include <cstdint>
 
 #include <memory>
 #include <set>
@@ -19,7 +20,9 @@ class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Returns the text of a configuration of at most 1 MB. Throws ConfigError if it cannot be read.
+/// The greatest size of a configuration, bytes. The files that people write have some thousand.
+constexpr std::uint64_t kMostConfiguration = 1'000'000;
+/// Returns the text of a configuration of at most that size. Throws ConfigError if it cannot be read.
 std::string read_configuration(const std::string& path);
 
 /// One mapping of a YAML file, read strictly. A key that is missing, has the wrong type or is out of range is an error

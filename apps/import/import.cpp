@@ -15,14 +15,13 @@
 #include "apps/exit_code.hpp"
 #include "apps/import/import_bag.hpp"
 #include "apps/log.hpp"
+#include "config/section.hpp"
 #include "core/input_file.hpp"
 #include "core/input_folder.hpp"
 #include "storage/journal_reader.hpp"
 
 namespace hueline::apps {
 namespace {
-
-constexpr std::uint64_t kMostRig = 1'000'000;  // bytes, as of a configuration that is read
 
 struct ImportCommandOptions {
   std::string bag, out, origin, map;
@@ -45,7 +44,7 @@ Status check_rig_place(const std::filesystem::path& folder) {
   const std::filesystem::path rig = folder / "rig.yaml";
   std::error_code failed;
   if (!std::filesystem::exists(rig, failed)) return {};
-  const auto text = read_input(rig, kMostRig, "a rig");
+  const auto text = read_input(rig, config::kMostConfiguration, "a rig");
   const auto earlier = storage::JournalReader::open(folder / "drive.mcap");
   if (text.ok() && earlier.ok())
     for (const auto& file : (*earlier)->header().files)
