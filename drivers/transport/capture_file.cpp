@@ -107,8 +107,8 @@ Status CaptureFile::read_header() {
   }
   classic_ticks_per_second_ = native == kNanoseconds ? 1'000'000'000 : 1'000'000;
   if (fill(20) != Fill::Whole) return error(ErrorCode::Truncated, "pcap header is cut off");
-  // The four bits above these hold the length of the frame check sequence.
-  classic_link_type_ = u32(buffer_.data() + 20) & 0x0FFFFFFF;
+  // The bits above these say whether frames end with a check sequence, and how long it is.
+  classic_link_type_ = u32(buffer_.data() + 20) & 0xFFFF;
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "drivers/big_endian.hpp"
+#include "drivers/transport/ip_tunnel.hpp"
 
 namespace hueline::drivers {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 constexpr std::uint8_t kTcp = 6, kUdp = 17, kFragmentHeader = 44;
 constexpr std::size_t kMaxPartials = 64;
 constexpr std::size_t kMaxDatagram = 65535;
+constexpr int kMostTunnels = 4;  // one inside the other
 /// Fragments that are further apart are of two datagrams: the identification has 16 bits, and a scanner comes back to
 /// it within a minute. Linux waits as long for IPv4; RFC 8200 allows 60 s. It is a time of the capture, not of this
 /// program.
@@ -50,7 +52,11 @@ std::optional<UdpDatagram> IpExtractor::extract(const CaptureFrame& frame) {
   if (frame.time != nanoseconds{0}) now_ = frame.time;
   const LinkPayload link = link_payload(frame);
   card_ = link.card;
-  const bool is_cut = frame.length > frame.bytes.size();
+  tunnels_ = 0;
+  return network(link, frame.length > frame.bytes.size());
+}
+
+std::optional<UdpDatagram> IpExtractor::network(const LinkPayload& link, bool is_cut) {
   switch (link.network) {
     case LinkPayload::Network::Ipv4:
       return ipv4(link.packet, is_cut);
@@ -85,6 +91,8 @@ std::optional<UdpDatagram> IpExtractor::ipv4(std::span<const std::byte> packet, 
   datagram.source = mapped(packet.data() + 12);
   datagram.destination = mapped(packet.data() + 16);
   if (const auto protocol = static_cast<std::uint8_t>(packet[9]); protocol != kUdp) {
+    if (is_tunnel(protocol) && !has_more && offset == 0 && tunnels_++ < kMostTunnels)
+      return network(tunnel_payload(protocol, packet.subspan(header)), is_cut);
     if (protocol == kTcp) {
       const bool is_fragment = has_more || offset != 0;
       // A total length of 0 comes from segmentation offload.
@@ -197,6 +205,7 @@ std::optional<UdpDatagram> IpExtractor::ipv6(std::span<const std::byte> packet, 
   }
   if (next == kFragmentHeader) return ipv6_fragment(body, packet, is_cut, datagram);
   if (next != kUdp) {
+    if (is_tunnel(next) && tunnels_++ < kMostTunnels) return network(tunnel_payload(next, body), is_cut);
     if (next == kTcp) {
       const std::size_t length = be16(packet.data() + 4), before = packet.size() - 40 - body.size();
       tcp(body, length == 0 ? body.size() : length < before ? 0 : length - before, datagram);
@@ -238,6 +247,9 @@ std::optional<UdpDatagram> IpExtractor::udp(std::span<const std::byte> segment, 
   datagram.source_port = be16(segment.data());
   datagram.destination_port = be16(segment.data() + 2);
   datagram.payload = segment.subspan(8, length - 8);
+  if (const LinkPayload inner = vxlan_payload(datagram.destination_port, datagram.payload);
+      !inner.packet.empty() && tunnels_++ < kMostTunnels)
+    return network(inner, false);
   ++counts_.datagrams;
   return datagram;
 }

@@ -56,10 +56,11 @@ struct ExtractCounts {
 };
 
 /// Takes UDP datagrams and TCP segments out of link-layer frames (link_layer.hpp has the kinds that are read). It reads
-/// IPv4 and IPv6 with extension headers, whose fragments it joins. Fragments of TCP are not joined, because TCP avoids
-/// them. It ignores checksums, because captures on the sending host do not have them filled in. It ignores the length
-/// in the IP header if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP
-/// header of datagrams of any size. Thread safety: none; one thread calls all functions.
+/// IPv4 and IPv6 with extension headers, whose fragments it joins, and both inside tunnels (ip_tunnel.hpp). Fragments
+/// of a packet that is a tunnel are not joined. Fragments of TCP are not joined, because TCP avoids them. It ignores
+/// checksums, because captures on the sending host do not have them filled in. It ignores the length in the IP header
+/// if the length in the UDP header fits what was captured, because VeloView writes 1234 into the IP header of datagrams
+/// of any size. Thread safety: none; one thread calls all functions.
 class IpExtractor {
  public:
   /// Returns the datagram in `frame`. Returns nothing if the frame holds no whole datagram, or not yet; counts() says
@@ -91,6 +92,7 @@ class IpExtractor {
     nanoseconds latest{0};
   };
 
+  std::optional<UdpDatagram> network(const LinkPayload& link, bool is_cut);
   std::optional<UdpDatagram> ipv4(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6(std::span<const std::byte> packet, bool is_cut);
   std::optional<UdpDatagram> ipv6_fragment(std::span<const std::byte> body, std::span<const std::byte> packet,
@@ -106,6 +108,7 @@ class IpExtractor {
   std::array<Joined, 8> joined_;  // a ring
   std::size_t newest_ = 0;        // the latest of them
   std::uint64_t age_ = 0;
+  int tunnels_ = 0;         // of the latest frame, that were opened
   nanoseconds now_{0};      ///< time of the latest frame
   HardwareAddress card_{};  ///< that sent the latest frame
 };

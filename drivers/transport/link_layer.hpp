@@ -26,10 +26,18 @@ struct LinkPayload {
 
 /// Finds the packet of IP in a frame. It reads Ethernet, also with what stands between its addresses and IP: VLAN tags,
 /// the labels of MPLS, the headers of PPPoE and of LLC with SNAP, and the tags of a switch of Marvell (DSA) or
-/// Broadcom, which a computer with such a switch captures; Linux cooked (1 and 2), BSD loopback, PPP, and raw IP; and
-/// any of these behind the header of macOS (PKTAP, as tcpdump writes it there without -i) or of PPI. Sources: the link
-/// types of the Tcpdump Group (tcpdump.org/linktypes); RFC 2516 (PPPoE), 3032 (MPLS), 1042 (SNAP), 1661 and 1662 (PPP);
-/// IEEE 802.1Q; net/dsa/tag_dsa.c of Linux for the places of its tags.
+/// Broadcom, which a computer with such a switch captures, and MACsec that does not encrypt; Linux cooked (1 and 2),
+/// BSD loopback, PPP, raw IP, and what the kernel's packet filter logs (NFLOG); wireless networks in monitor mode,
+/// without encryption, also behind radiotap and the headers of Prism and AVS; and any of these behind the header of
+/// macOS (PKTAP, as tcpdump writes it there without -i) or of PPI. Sources: the link types of the Tcpdump Group
+/// (tcpdump.org/linktypes); RFC 2516 (PPPoE), 3032 (MPLS), 1042 (SNAP), 1661 and 1662 (PPP); IEEE 802.1Q and 802.1AE;
+/// net/dsa/tag_dsa.c of Linux for the places of its tags.
 LinkPayload link_payload(const CaptureFrame& frame);
+
+/// The same for parts of frames, as tunnels carry them: a frame of Ethernet; a frame that begins with the protocol of
+/// PPP, whose zero byte may be left out; and what follows an Ethernet type and the header in which the type stands.
+LinkPayload ethernet_payload(std::span<const std::byte> frame);
+LinkPayload ppp_payload(std::span<const std::byte> frame);
+LinkPayload ether_type_payload(std::uint16_t type, std::span<const std::byte> rest);
 
 }  // namespace hueline::drivers

@@ -163,12 +163,122 @@ TEST(PcapSource, ReadsWhatIsInsideOtherHeaders) {
   }
   // A header that is longer than its frame, and one around another kind of frame, are of a link type that is not read.
   const Bytes longer = ByteWriter(false).u32(4000).u32(1).u32(1).zeros(96).raw(ethernet).bytes();
-  const Bytes radio = ByteWriter(false).u8(0).u8(0).u16(8).u32(105).raw(ethernet).bytes();
-  for (const auto& [link, frame, told] : {std::tuple(258u, longer, "258"), std::tuple(192u, radio, "105")}) {
+  const Bytes radio = ByteWriter(false).u8(0).u8(0).u16(8).u32(201).raw(ethernet).bytes();
+  for (const auto& [link, frame, told] : {std::tuple(258u, longer, "258"), std::tuple(192u, radio, "201")}) {
     const Read read = read_bytes(PcapWriter(link).frame(kTime, frame).bytes());
     ASSERT_EQ(read.faults.size(), 2u);  // the second: no datagram was delivered
     EXPECT_THAT(read.faults[0].detail, HasSubstr(told));
   }
+}
+
+/// Expects that a frame gives one datagram with `payload`, and cut anywhere none, nor a word of what is behind its end.
+void expect_inside(std::uint32_t link, const Bytes& frame, const char* payload, bool is_big = false) {
+  const Read read = read_bytes(PcapWriter(link, is_big, true).frame(kTime, frame).bytes());
+  EXPECT_THAT(read.payloads, ElementsAre(payload)) << "link type " << link << ", " << frame.size() << " bytes";
+  EXPECT_TRUE(read.faults.empty());
+  for (std::size_t size = 0; size + 1 < frame.size(); ++size)
+    EXPECT_THAT(read_bytes(PcapWriter(link, is_big, true).frame(kTime, std::span(frame).first(size)).bytes()).payloads,
+                testing::IsEmpty())
+        << "link type " << link << ", cut to " << size << " bytes";
+}
+
+/// The protocols of IP that carry packets of another network, and VXLAN, which is carried by UDP.
+TEST(PcapSource, ReadsWhatIsInsideTunnels) {
+  constexpr unsigned kIpv4 = 4, kIpv6 = 41, kGre = 47;
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const Bytes v6 = test::ipv6_packet(test::udp_segment("v6", 2368));
+  const Bytes inner = test::ethernet_frame(v4);
+  const auto in_ipv4 = [](const Bytes& body, unsigned protocol) {
+    return test::ethernet_frame(test::ipv4_packet(body, 1, 0, false, protocol));
+  };
+  const auto gre = [](unsigned flags, unsigned type, std::size_t options, const Bytes& rest) {
+    return ByteWriter(true).u16(flags).u16(type).zeros(options).raw(rest).bytes();
+  };
+  expect_inside(1, in_ipv4(v4, kIpv4), "v4");
+  expect_inside(1, in_ipv4(v6, kIpv6), "v6");
+  expect_inside(1, test::ethernet_frame(test::ipv6_packet(v6, kIpv6), 0x86DD), "v6");
+  expect_inside(1, test::ethernet_frame(test::ipv6_packet(v4, kIpv4), 0x86DD), "v4");
+  expect_inside(1, in_ipv4(gre(0, 0x0800, 0, v4), kGre), "v4");
+  expect_inside(1, in_ipv4(gre(0xB000, 0x86DD, 12, v6), kGre), "v6");  // checksum, key and sequence number
+  expect_inside(1, in_ipv4(gre(0, 0x6558, 0, inner), kGre), "v4");
+  expect_inside(1, in_ipv4(gre(0x3081, 0x880B, 12, ByteWriter(true).u16(0xFF03).u16(0x0021).raw(v4).bytes()), kGre),
+                "v4");
+  expect_inside(1, in_ipv4(gre(0, 0x88BE, 0, inner), kGre), "v4");           // ERSPAN type I
+  expect_inside(1, in_ipv4(gre(0x1000, 0x88BE, 4 + 8, inner), kGre), "v4");  // type II
+  const Bytes type3 = ByteWriter(true).zeros(11).u8(1).zeros(8).raw(inner).bytes();
+  expect_inside(1, in_ipv4(gre(0x1000, 0x22EB, 4, type3), kGre), "v4");
+  const Bytes vxlan = ByteWriter(true).u32(0x08000000).u32(0x00002A00).raw(inner).bytes();
+  const auto datagram_of = [](const Bytes& bytes, unsigned port) {
+    return test::ethernet_frame(test::ipv4_packet(
+        test::udp_segment(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()), port)));
+  };
+  expect_inside(1, datagram_of(vxlan, 4789), "v4");
+  expect_inside(1, datagram_of(vxlan, 8472), "v4");
+  // Of another port, or not VXLAN: the datagram itself.
+  const Bytes other = ByteWriter(true).u32(0x09000000).u32(0x00002A00).raw(inner).bytes();
+  for (const Bytes& frame : {datagram_of(vxlan, 4790), datagram_of(other, 4789)}) {
+    const Read read = read_bytes(PcapWriter(1).frame(kTime, frame).bytes());
+    ASSERT_EQ(read.payloads.size(), 1u);
+    EXPECT_EQ(read.payloads[0].size(), vxlan.size());
+  }
+  // Tunnels in tunnels come to an end.
+  Bytes nested = v4;
+  for (int i = 0; i < 4; ++i) nested = test::ipv4_packet(nested, 1, 0, false, kIpv4);
+  expect_inside(101, nested, "v4");
+  nested = test::ipv4_packet(nested, 1, 0, false, kIpv4);
+  EXPECT_THAT(read_bytes(PcapWriter(101).frame(kTime, nested).bytes()).payloads, testing::IsEmpty());
+}
+
+/// A computer records a bridge of Wi-Fi in monitor mode. Frames: IEEE 802.11.
+TEST(PcapSource, ReadsWirelessNetworks) {
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const Bytes llc = ByteWriter(true).u32(0xAAAA0300).u16(0).u16(0x0800).raw(v4).bytes();
+  // Frame control, duration, three addresses and sequence number.
+  const auto wifi = [&](unsigned type, unsigned flags, std::size_t more) {
+    return ByteWriter(true).u8(type).u8(flags).zeros(22 + more).raw(llc).bytes();
+  };
+  const auto radiotap = [](std::uint32_t present, const Bytes& fields, const Bytes& frame) {
+    const auto length = static_cast<unsigned>(8 + fields.size());
+    return ByteWriter(false).u8(0).u8(0).u16(length).u32(present).raw(fields).raw(frame).bytes();
+  };
+  constexpr unsigned kData = 0x08, kQuality = 0x88;
+  expect_inside(105, wifi(kData, 1, 0), "v4");        // to the network
+  expect_inside(105, wifi(kData, 2, 0), "v4");        // from it
+  expect_inside(105, wifi(kData, 3, 6), "v4");        // between two access points, with a fourth address
+  expect_inside(105, wifi(kQuality, 1, 2), "v4");     // with the class of its traffic
+  expect_inside(105, wifi(kQuality, 0x81, 6), "v4");  // and HT control
+  expect_inside(127, radiotap(0, {}, wifi(kData, 1, 0)), "v4");
+  // A second word of fields; the time, from a multiple of eight on; then the flags, of which one says that the header
+  // of 802.11 (26 bytes) has two bytes more.
+  const Bytes fields = ByteWriter(false).u32(0).zeros(4).zeros(8).u8(0x20).bytes();
+  expect_inside(127, radiotap(0x80000003, fields, wifi(kQuality, 1, 2 + 2)), "v4");
+  expect_inside(119, ByteWriter(false).u32(0x44).u32(144).zeros(136).raw(wifi(kData, 1, 0)).bytes(), "v4");
+  expect_inside(119, ByteWriter(true).u32(0x44).u32(144).zeros(136).raw(wifi(kData, 1, 0)).bytes(), "v4", true);
+  expect_inside(163, ByteWriter(true).u32(0x80211001).u32(64).zeros(56).raw(wifi(kData, 1, 0)).bytes(), "v4");
+  expect_inside(192, ByteWriter(false).u8(0).u8(0).u16(8).u32(105).raw(wifi(kData, 1, 0)).bytes(), "v4");
+  // A beacon, data without data, encrypted data, a fragment, and several frames in one are of other protocols.
+  const Bytes several = ByteWriter(true).u8(kQuality).u8(1).zeros(22).u8(0x80).u8(0).raw(llc).bytes();
+  for (const Bytes& frame : {wifi(0x80, 0, 0), wifi(0x48, 1, 0), wifi(kData, 0x41, 0), wifi(kData, 0x05, 0), several}) {
+    const Read read = read_bytes(PcapWriter(105).frame(kTime, frame).bytes());
+    EXPECT_TRUE(read.payloads.empty());
+    ASSERT_EQ(read.faults.size(), 1u);
+    EXPECT_THAT(read.faults[0].detail, HasSubstr("1 frames are of other protocols"));
+  }
+}
+
+/// `tcpdump -i nflog` in the order of the computer; a link type with bits above it that say how frames end; MACsec.
+TEST(PcapSource, ReadsLogsOfThePacketFilterAndFramesWithCheckSequences) {
+  const Bytes v4 = test::ipv4_packet(test::udp_segment("v4", 2368));
+  const auto size = static_cast<unsigned>(v4.size());
+  for (const bool is_big : {false, true})
+    expect_inside(239, ByteWriter(is_big).zeros(4).u16(5).u16(10).zeros(4).u16(4 + size).u16(9).raw(v4).bytes(), "v4",
+                  is_big);
+  expect_inside(0x44000001, test::ethernet_frame(v4), "v4");
+  expect_inside(1, ByteWriter(true).zeros(12).u16(0x88E5).u8(0x00).u8(0).u32(7).u16(0x0800).raw(v4).bytes(), "v4");
+  expect_inside(1, ByteWriter(true).zeros(12).u16(0x88E5).u8(0x20).u8(0).u32(7).zeros(8).u16(0x0800).raw(v4).bytes(),
+                "v4");
+  const Bytes encrypted = ByteWriter(true).zeros(12).u16(0x88E5).u8(0x0C).u8(0).u32(7).u16(0x0800).raw(v4).bytes();
+  EXPECT_THAT(read_bytes(PcapWriter(1).frame(kTime, encrypted).bytes()).payloads, testing::IsEmpty());
 }
 
 TEST(PcapSource, JoinsFragmentsInAnyOrder) {
@@ -338,11 +448,11 @@ TEST(PcapSource, ACaptureWithoutTheDeviceSaysWhatItHolds) {
   ASSERT_EQ(read.faults.size(), 1u);
   EXPECT_THAT(read.faults[0].detail, HasSubstr("1 frames are of TCP connections"));
 
-  PcapWriter wifi(105);
-  wifi.frame(kTime, plain("data", 2368));
-  read = read_bytes(wifi.bytes());
+  PcapWriter bluetooth(201);
+  bluetooth.frame(kTime, plain("data", 2368));
+  read = read_bytes(bluetooth.bytes());
   ASSERT_EQ(read.faults.size(), 2u);
-  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (105)"));
+  EXPECT_THAT(read.faults[0].detail, HasSubstr("1 of a link type that is not read (201)"));
 }
 
 /// Two scanners of one kind send to one port. Both are delivered, because nothing says which one is meant; so it must
