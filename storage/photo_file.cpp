@@ -139,13 +139,15 @@ Bytes exif_of(const PhotoTags& tags, int width, int height) {
   Directory photo;
   // ExposureTime
   if (tags.exposure_s > 0) photo.ratios(0x829A, {{std::min(tags.exposure_s, 1e3), 1'000'000}});
-  photo.bytes(0x9000, 7, "0232");                                 // ExifVersion
-  photo.text(0x9003, when);                                       // DateTimeOriginal
-  photo.text(0x9011, "+00:00");                                   // OffsetTimeOriginal
-  photo.text(0x9291, fmt::format("{:06}", t.nanosecond / 1000));  // SubSecTimeOriginal
-  photo.number(0xA001, 1);                                        // ColorSpace: sRGB
-  photo.long_number(0xA002, static_cast<std::uint32_t>(width));   // PixelXDimension
-  photo.long_number(0xA003, static_cast<std::uint32_t>(height));  // PixelYDimension
+  photo.bytes(0x9000, 7, "0232");                                   // ExifVersion
+  photo.text(0x9003, when);                                         // DateTimeOriginal
+  photo.text(0x9011, "+00:00");                                     // OffsetTimeOriginal
+  photo.bytes(0x9101, 7, std::string_view("\x01\x02\x03\x00", 4));  // ComponentsConfiguration: Y Cb Cr
+  photo.text(0x9291, fmt::format("{:06}", t.nanosecond / 1000));    // SubSecTimeOriginal
+  photo.bytes(0xA000, 7, "0100");                                   // FlashpixVersion
+  photo.number(0xA001, 1);                                          // ColorSpace: sRGB
+  photo.long_number(0xA002, static_cast<std::uint32_t>(width));     // PixelXDimension
+  photo.long_number(0xA003, static_cast<std::uint32_t>(height));    // PixelYDimension
 
   Directory gps;
   const Geodetic& place = tags.position;
@@ -170,9 +172,14 @@ Bytes exif_of(const PhotoTags& tags, int width, int height) {
     Directory main;
     main.text(0x010E, tags.description);  // ImageDescription
     main.number(0x0112, 1);               // Orientation: as stored
-    main.text(0x0131, tags.software);     // Software
-    main.long_number(0x8769, photo_at);   // ExifIFDPointer
-    main.long_number(0x8825, gps_at);     // GPSInfoIFDPointer
+    // EXIF requires a resolution, and has this one for pictures that have no size.
+    main.ratios(0x011A, {{72, 1}});      // XResolution
+    main.ratios(0x011B, {{72, 1}});      // YResolution
+    main.number(0x0128, 2);              // ResolutionUnit: inch
+    main.text(0x0131, tags.software);    // Software
+    main.number(0x0213, 1);              // YCbCrPositioning: centred, as JFIF has it
+    main.long_number(0x8769, photo_at);  // ExifIFDPointer
+    main.long_number(0x8825, gps_at);    // GPSInfoIFDPointer
     return main;
   };
   constexpr std::size_t kHeader = 8;

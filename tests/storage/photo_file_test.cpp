@@ -104,6 +104,24 @@ TEST(PhotoFile, SaysWhenAndWhereItWasTaken) {
   EXPECT_FALSE(low.contains(0x1F));
 }
 
+/// The fields that EXIF 2.32 requires of a compressed picture with three components (tables 4 to 8, level M).
+TEST(PhotoFile, HasTheFieldsThatExifRequires) {
+  const std::string tiff = text_of(exif_of(munich(), 4096, 2048));
+  const auto main = directory(tiff, 8);
+  EXPECT_EQ(main.at(0x011A).ratio(0), 72);
+  EXPECT_EQ(main.at(0x011B).ratio(0), 72);
+  EXPECT_EQ(main.at(0x0128).number<std::uint16_t>(0), 2);
+  EXPECT_EQ(main.at(0x0213).number<std::uint16_t>(0), 1);
+  const auto photo = directory(tiff, main.at(0x8769).number<std::uint32_t>(0));
+  EXPECT_EQ(photo.at(0x9000).bytes, "0232");
+  EXPECT_EQ(photo.at(0x9101).bytes, std::string("\1\2\3\0", 4));
+  EXPECT_EQ(photo.at(0xA000).bytes, "0100");
+  EXPECT_EQ(photo.at(0xA001).number<std::uint16_t>(0), 1);
+  EXPECT_EQ(photo.at(0xA002).number<std::uint32_t>(0), 4096u);
+  EXPECT_EQ(photo.at(0xA003).number<std::uint32_t>(0), 2048u);
+  EXPECT_EQ(directory(tiff, main.at(0x8825).number<std::uint32_t>(0)).at(0).bytes, std::string("\2\3\0\0", 4));
+}
+
 TEST(PhotoFile, SaysHowAPanoramaIsShown) {
   const std::string xmp = xmp_of(munich(), 4096, 2048);
   for (const char* property :

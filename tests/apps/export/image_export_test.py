@@ -380,6 +380,8 @@ def main():
     turned = (tags["GPSImgDirection"] - float(row["heading_deg"]) + 180) % 360 - 180
     if abs(tags["GPSLatitude"] - float(row["latitude_deg"])) > 1e-7 or abs(turned) > 0.02:
         fail(f"exiftool reads {tags}")
+    if (said := run("exiftool", "-s3", "-validate", "some/" + row["file"]).strip()) != "OK":
+        fail(f"exiftool -validate -warning some/{row['file']}: {said}")
     run(*export, "--out", "none", "--from", "1450000010", "--to", "1450000020", status=5)
     run(*export, "--out", "x", "--exposures", "3-", status=2)
     if "the drive has no exposure 6" not in run(*export, "--out", "x", "--exposures", "4-8", status=5):

@@ -131,6 +131,8 @@ if command -v exiftool >/dev/null; then
     heading=$(awk -F, '$2 == 5 {print substr($10, 1, 4)}' natural/panoramas.csv)
     says "GPSImgDirection +: $heading"
     says "PoseHeadingDegrees +: $heading"
+    exiftool -validate -warning -a "$picture" >said.txt
+    says "^Validate +: OK$"
   done
 fi
 echo "panorama: all as it should be"
