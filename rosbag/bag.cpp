@@ -67,9 +67,13 @@ Result<std::unique_ptr<Bag>> open_file(const std::filesystem::path& path) {
   return turned_bag(std::move(*bag));
 }
 
+/// ROS 1 adds it to the name of a file, NAME.bag, until its recording ends.
+constexpr std::string_view kUnfinished = ".active";
+
 /// The order of the files of a folder: name_2 comes before name_10.
 std::pair<std::string, unsigned long long> numbered(const std::filesystem::path& path) {
-  const std::string stem = path.stem().string();
+  const bool is_unfinished = path.extension() == kUnfinished;
+  const std::string stem = (is_unfinished ? path.stem() : path).stem().string();
   const auto digits = stem.find_last_not_of("0123456789") + 1;
   if (digits == stem.size() || stem.size() - digits > 18) return {stem, 0};
   return {stem.substr(0, digits), std::stoull(stem.substr(digits))};
@@ -154,7 +158,8 @@ Result<std::unique_ptr<Bag>> open_folder(const std::filesystem::path& path) {
     const bool is_unpacked_too = is_packed && holds(path, name.substr(0, name.rfind('.')));
     const bool is_named = is_packed || name.ends_with(".db3") || name.ends_with(".mcap");
     if (is_named && !is_unpacked_too && files.size() < kMostFiles) files.push_back(path / name);
-    if (name.ends_with(".bag") && ros1_files.size() < kMostFiles) ros1_files.push_back(path / name);
+    if ((name.ends_with(".bag") || name.ends_with(".bag.active")) && ros1_files.size() < kMostFiles)
+      ros1_files.push_back(path / name);
   }
   if (files.empty() && ros1_files.empty())
     return Error{ErrorCode::Unsupported,

@@ -72,7 +72,7 @@ class Ros1Bag final : public Bag {
   /// file names the chunks. Returns what is to be told of it.
   Error lost(const std::string& what) {
     if (!index_) {
-      index_ = read_ros1_index(file_, index_at_);
+      index_ = read_ros1_index(file_, index_at_.value_or(0));
       for (const auto& [fields, data] : index_->connections) add_connection(fields, storage::as_bytes(data));
     }
     if (index_->chunks.contains(record_at_)) {  // it is the chunk itself that does not begin as a record
@@ -125,6 +125,8 @@ class Ros1Bag final : public Bag {
     record_at_ = at_;
     if (at_ == file_.size() && !has_file_header_ && messages_ == 0)
       return end(ErrorCode::Truncated, "the file has nothing behind its first line: it was cut off");
+    if (at_ == file_.size() && is_unfinished())
+      return end(ErrorCode::Truncated, "the recording was not finished; all that its recorder had written is read");
     if (at_ == file_.size()) return end(ErrorCode::EndOfData, "end of the recording");
     const auto header_size = read_length();
     if (!header_size.ok()) return header_size.error();
@@ -137,7 +139,7 @@ class Ros1Bag final : public Bag {
     const auto op = fields.op();
     if (!fields.is_sound() || !op) return lost("no record begins here");
     if (*op == Ros1Op::Index || *op == Ros1Op::ChunkInfo || *op == Ros1Op::FileHeader) {
-      if (*op == Ros1Op::FileHeader) index_at_ = fields.number<std::uint64_t>("index_pos").value_or(0);
+      if (*op == Ros1Op::FileHeader) index_at_ = fields.number<std::uint64_t>("index_pos");
       has_file_header_ |= *op == Ros1Op::FileHeader;
       const std::uint64_t size = *op == Ros1Op::Index ? size_of_index(fields, *data_size) : *data_size;
       if (size > file_.size() - at_) return lost("the file ends inside a record: it was cut off, or a length is wrong");
@@ -158,8 +160,18 @@ class Ros1Bag final : public Bag {
     return take_record(*op, fields, *data, message);
   }
 
+  /// The recorder writes where its index is when it ends. Until then its file is called .bag.active.
+  bool is_unfinished() const { return index_at_ == 0; }
+
   std::optional<Error> load_chunk(const Ros1Header& fields, const Buffer& data) {
     const std::string compression = fields.text("compression");
+    // The recorder writes the size of a chunk when it ends it. The records of one that is not compressed follow as if
+    // they were in none.
+    if (data.size() == 0 && is_unfinished()) {
+      if (compression == "none") return {};
+      return end(ErrorCode::Truncated, "the recording was not finished; its last messages, of a chunk that was to be " +
+                                           compression + ", are not read");
+    }
     const auto size = fields.number<std::uint32_t>("size");
     if (!size || *size > kLargestChunk) return damaged("a chunk without a size that can be true is skipped");
     if (compression == "none") {
@@ -223,10 +235,10 @@ class Ros1Bag final : public Bag {
   InputFile file_;
   BufferPool pool_;
   std::uint64_t at_, record_at_ = 0;
-  std::uint64_t index_at_ = 0;      // of the index at the end of the file; 0: it does not say
-  std::optional<Ros1Index> index_;  // once it was needed
-  std::uint64_t chunk_begin_ = 0;   // of the last chunk that was begun
-  std::uint64_t chunk_end_ = 0;     // of the last chunk that was read
+  std::optional<std::uint64_t> index_at_;  // of the index at the end of the file, if the file says it; 0: not yet
+  std::optional<Ros1Index> index_;         // once it was needed
+  std::uint64_t chunk_begin_ = 0;          // of the last chunk that was begun
+  std::uint64_t chunk_end_ = 0;            // of the last chunk that was read
   bool is_chunk_whole_ = true, has_file_header_ = false;
   std::uint64_t messages_ = 0;  // that were read
   int detours_ = 0;             // by the index

@@ -188,7 +188,8 @@ TEST(Bag, TheFilesIntoWhichRos1SplitARecordingAreOne) {
   const auto all = sample();
   const auto as_it_is = [](const std::string& s) { return s; };
   for (int i = 0; i < 7; ++i) {
-    const std::string name = "drive_2024-05-01-10-0" + std::to_string(i) + "-00_" + std::to_string(i) + ".bag";
+    const std::string name =
+        "drive_2024-05-01-10-0" + std::to_string(i) + "-00_" + std::to_string(i) + (i < 6 ? ".bag" : ".bag.active");
     test::write_file(folder / name, test::ros1_bag({all[static_cast<std::size_t>(i)]}, "none", as_it_is));
   }
   EXPECT_TRUE(rosbag::is_bag(folder.path()));

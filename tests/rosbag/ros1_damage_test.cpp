@@ -135,6 +135,39 @@ TEST(Ros1Damage, NothingBehindTheFirstLineIsNoEmptyRecording) {
   EXPECT_EQ(read.end.code, ErrorCode::Truncated) << read.end.message;
 }
 
+/// A recorder that crashed leaves NAME.bag.active: it says nowhere where its index is, and of its last chunk not how
+/// large it is.
+TEST(Ros1Damage, AnUnfinishedRecordingIsReadAsFarAsItGoes) {
+  ThreeChunks file(false);
+  const auto last = file.at.back();
+  std::string whole = file.bytes.substr(0, last);
+  WasRead read = read_whole(whole);
+  EXPECT_EQ(read.messages, 5);
+  EXPECT_EQ(read.end.code, ErrorCode::Truncated);
+  EXPECT_NE(read.end.message.find("was not finished; all that its recorder had written is read"), std::string::npos);
+
+  const auto begun = [](const char* compression) {
+    return test::ros1_record({{"op", "\x05"}, {"compression", compression}, {"size", test::raw_of(std::uint32_t{0})}},
+                             "");
+  };
+  const std::string chunk = chunk_record(4, false);
+  const std::string records = chunk.substr(chunk.find("size=") + 4 + 1 + 4 + 4);
+  read = read_whole(whole + begun("none") + records);
+  EXPECT_EQ(read.messages, 9);
+  EXPECT_TRUE(read.damages.empty());
+  EXPECT_EQ(read.end.code, ErrorCode::Truncated) << read.end.message;
+  // The disk got only a part of the last message.
+  read = read_whole(whole + begun("none") + records.substr(0, records.size() - 1));
+  EXPECT_EQ(read.messages, 8);
+  EXPECT_EQ(read.end.code, ErrorCode::Truncated) << read.end.message;
+  read = read_whole(whole + begun("lz4") + std::string(5000, '\x55'));
+  EXPECT_EQ(read.messages, 5);
+  EXPECT_TRUE(read.damages.empty());
+  EXPECT_EQ(read.end.code, ErrorCode::Truncated);
+  EXPECT_NE(read.end.message.find("of a chunk that was to be lz4, are not read"), std::string::npos)
+      << read.end.message;
+}
+
 TEST(Ros1Damage, WithoutAnIndexTheRestIsNotRead) {
   ThreeChunks file(false);
   file.set_length(file.first_index, 12 * 3 + 150);

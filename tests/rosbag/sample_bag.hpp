@@ -176,6 +176,9 @@ inline std::string ros1_bag(const std::vector<SampleMessage>& messages, const st
     out +=
         ros1_record({{"op", "\x04"}, {"ver", raw_of(std::uint32_t{1})}, {"conn", raw_of(std::uint32_t{0})}}, "index");
   }
+  // Where the index of the connections and chunks would be, by which the file is finished.
+  constexpr std::string_view kIndexField = "index_pos=";
+  out.replace(out.find(kIndexField) + kIndexField.size(), sizeof(std::uint64_t), raw_of(std::uint64_t{out.size()}));
   return out;
 }
 
