@@ -23,15 +23,19 @@ Result<std::optional<ReplacedFile>> ReplacedFile::plan(const std::filesystem::pa
   constexpr std::string_view kPart = ".part";
   std::string name = path.filename().string();
   name.resize(std::min(name.size(), kLongestName - kPart.size()));
-  return std::optional(ReplacedFile(path.parent_path() / name.append(kPart), path));
+  return std::optional(ReplacedFile(path.parent_path() / name.append(kPart), path, std::filesystem::exists(status)));
 }
 
 ReplacedFile::ReplacedFile(ReplacedFile&& other) noexcept
-    : part_(std::move(other.part_)), path_(std::move(other.path_)), is_begun_(std::exchange(other.is_begun_, false)) {}
+    : part_(std::move(other.part_)),
+      path_(std::move(other.path_)),
+      replaces_older_(other.replaces_older_),
+      is_begun_(std::exchange(other.is_begun_, false)) {}
 
 ReplacedFile& ReplacedFile::operator=(ReplacedFile&& other) noexcept {
   std::swap(part_, other.part_);
   std::swap(path_, other.path_);
+  std::swap(replaces_older_, other.replaces_older_);
   std::swap(is_begun_, other.is_begun_);
   return *this;
 }

@@ -23,6 +23,9 @@ class ReplacedFile {
 
   /// Where the new content is to be written.
   const std::filesystem::path& part() const { return part_; }
+  /// Whether there was an older file. If so, sync the new one before commit(): a computer that stops shall leave one of
+  /// the two.
+  bool replaces_older() const { return replaces_older_; }
   /// Takes note that part() was opened for writing and is to be removed if it stays a part.
   void begin() { is_begun_ = true; }
   /// Gives the new content the name of the older one, and its rights. Call it when everything is written and closed.
@@ -30,10 +33,10 @@ class ReplacedFile {
   int commit();
 
  private:
-  ReplacedFile(std::filesystem::path part, std::filesystem::path path)
-      : part_(std::move(part)), path_(std::move(path)) {}
+  ReplacedFile(std::filesystem::path part, std::filesystem::path path, bool replaces_older)
+      : part_(std::move(part)), path_(std::move(path)), replaces_older_(replaces_older) {}
   std::filesystem::path part_, path_;
-  bool is_begun_ = false;
+  bool replaces_older_ = false, is_begun_ = false;
 };
 
 }  // namespace hueline
