@@ -1,23 +1,23 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
-/// Which of several images shows a point, when the laser points leave it open.
+/// How far several images show the same where a point would be, when the laser points leave it open which of them see
+/// it.
 namespace hueline::fusion {
 
 /// What an image shows where a point would be.
 struct Witness {
   std::array<std::uint8_t, 3> colour{};  ///< as rendered, so that images of different gains can be compared
   float trust = 0;                       ///< how far it is believed to show the point, 0 to 1
-  float own_trust = 0;                   ///< the same, less what its colour would suffer from distance and time
 };
 
-/// Returns the index of the witness with whom most others agree (docs/methods/visibility.md, equation 34): images that
-/// show the point show one colour, the others show whatever happens to be in front of it. Of witnesses with equal
-/// support the first. Returns 0 if there is none.
-std::size_t most_agreed(std::span<const Witness> witnesses);
+/// Sets for each witness how far the others agree with it (docs/methods/visibility.md, equation 34): images that show
+/// the point show one colour, the others show whatever happens to be in front of it. Each agreement is the sum of the
+/// trusts of others that show the same colour.
+void weigh_agreement(std::span<const Witness> witnesses, std::vector<float>& agreement);
 
 }  // namespace hueline::fusion

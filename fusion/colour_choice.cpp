@@ -4,9 +4,11 @@
 #include <optional>
 #include <utility>
 
+#include "core/portable_math.hpp"
 #include "fusion/agreement.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/colouring_piece.hpp"
+#include "fusion/sight_judge.hpp"
 
 /// Chooses the exposure that gives a point its colour.
 namespace hueline::fusion {
@@ -27,9 +29,12 @@ constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 constexpr nanoseconds kOwnMoment{100'000'000};
 // Where the best line of sight is no better, the images are asked too.
 constexpr LineOfSight kDoubtful = LineOfSight::Unwatched;
-// By LineOfSight: what a line costs, as an angle of parallax, rad; and how far an image is trusted to show a point.
+constexpr std::uint32_t kFewestWitnesses = 3;  // fewer images say nothing about which of them sees a point
+// By LineOfSight: what a line costs, as an angle of parallax, rad; how far an image is trusted to show a point; and how
+// far the laser points vouch for its colour.
 constexpr std::array<float, 7> kCost{kNever, 0.51f, 0.51f, 0.34f, 0.17f, 0.17f, 0.0f};
 constexpr std::array<float, 7> kTrust{0.2f, 0.25f, 0.7f, 0.95f, 0.98f, 0.98f, 1.0f};
+constexpr std::array<float, 7> kVouched{0.0f, 0.3f, 0.4f, 0.6f, 0.7f, 0.8f, 1.0f};
 
 float drift(const Moment& moment, GpsTime time) {
   return kPerNanosecond * static_cast<float>(std::abs((time - moment.time).count()));
@@ -75,6 +80,17 @@ LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::siz
 }
 
 float cost_of(LineOfSight look) { return kCost[static_cast<std::size_t>(look)]; }
+float vouched_by(LineOfSight look) { return kVouched[static_cast<std::size_t>(look)]; }
+
+/// Returns what is known of the line of sight from a moment to a point but for what the images say.
+SightEvidence evidence_of(const Moment& moment, const SeenPlaces& seen, std::size_t index, bool is_provisional) {
+  const std::uint32_t cell = seen.cell[index];
+  const float distance = 1.0f / seen.nearness[index];
+  const auto& standing = is_provisional && moment.early ? moment.early : moment.standing;
+  return {seen.parallax[index], standing ? standing->surface(cell) * distance : 0.0f,
+          standing ? standing->nearest_point(cell) * distance : 0.0f,
+          moment.glance ? moment.glance->surface(cell) * distance : 0.0f, 0.0f};
+}
 
 }  // namespace
 
@@ -112,15 +128,18 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     found.moment = piece.candidates[k];
     found.sight = sight;
     found.look = look;
+    found.vouched = vouched_by(look);
     least = cost;
   }
   return found;
 }
 
-/// Where the laser points leave open whether even the best moment sees a point, the images decide: those that see it
-/// show one colour, the others show what happens to be in front. Replaces what was found for piece.doubtful by the view
-/// that most others agree with. piece.places are those of piece.rest, and are not kept.
-void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const {
+/// Where the laser points leave open whether even the best moment sees a point, all that is known of each is weighed:
+/// how far something lies before it, and the images, for those that see the point show one colour, the others what
+/// happens to be in front. Replaces what was found for piece.doubtful by the view that most probably sees the point; if
+/// none does so with certainty enough, the point stays without a colour. piece.places are those of piece.rest, and are
+/// not kept.
+void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
   const std::size_t count = piece.doubtful.size(), most = piece.candidates.size();
   if (count == 0) return;
   for (std::size_t d = 0; d < count; ++d) {
@@ -130,6 +149,7 @@ void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* point
   piece.places.resize(count);
   piece.witnesses.resize(count * most);
   piece.views.resize(count * most);
+  piece.evidence.resize(count * most);
   piece.witness_count.assign(count, 0);
   for (std::size_t c = 0; c < most; ++c) {
     const Moment& moment = timeline_.at(piece.candidates[c]);
@@ -160,10 +180,10 @@ void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* point
       const std::size_t k = piece.doubtful[d];
       const std::uint32_t i = piece.rest[k];
       const LineOfSight look = line_of_sight(moment, seen, k, false, points[i].time, piece.is_provisional);
-      const float trust = kTrust[static_cast<std::size_t>(look)];
       const std::size_t at = d * most + piece.witness_count[d]++;
-      piece.witnesses[at] = {{}, trust, look == LineOfSight::Hidden ? 0.0f : trust / (1.0f + piece.costs[d])};
-      piece.views[at] = {piece.candidates[c], sights.at(d), look, piece.found[i].is_hidden};
+      piece.witnesses[at] = {{}, kTrust[static_cast<std::size_t>(look)]};
+      piece.views[at] = {piece.candidates[c], sights.at(d), look, 0, piece.found[i].is_hidden};
+      piece.evidence[at] = evidence_of(moment, seen, k, piece.is_provisional);
       piece.group.push_back(static_cast<std::uint32_t>(at));
       piece.rendered.add(piece.pixels[d], sights.lens[d], lens.off_axis(sights.x[d], sights.y[d]));
     }
@@ -172,12 +192,34 @@ void Colouring::take_agreed(const PlacedBatch& batch, const ColouredPoint* point
       piece.witnesses[piece.group[n]].colour = piece.rendered.colours[n];
   }
   for (std::size_t d = 0; d < count; ++d) {
-    if (piece.witness_count[d] == 0) continue;
-    const std::span witnesses(&piece.witnesses[d * most], piece.witness_count[d]);
-    // If only hidden views are left, they agree on what hides the point.
-    if (const Found& agreed = piece.views[d * most + most_agreed(witnesses)]; agreed.look != LineOfSight::Hidden)
-      piece.found[piece.rest[piece.doubtful[d]]] = agreed;
+    if (piece.witness_count[d] < kFewestWitnesses) continue;
+    Found& found = piece.found[piece.rest[piece.doubtful[d]]];
+    float most_probable = -kNever;
+    std::size_t best = 0;
+    weigh_agreement(std::span(&piece.witnesses[d * most], piece.witness_count[d]), piece.agreement);
+    for (std::size_t v = 0; v < piece.witness_count[d]; ++v) {
+      SightEvidence& evidence = piece.evidence[d * most + v];
+      evidence[static_cast<std::size_t>(Evidence::Agreement)] = piece.agreement[v];
+      const float log_odds = log_odds_of_sight(evidence);
+      if (piece.keeps_judged) keep_judged(piece.rest[piece.doubtful[d]], piece.views[d * most + v], evidence, piece);
+      if (log_odds <= most_probable) continue;
+      most_probable = log_odds;
+      best = d * most + v;
+    }
+    if (most_probable >= kSeen) {
+      found = piece.views[best];
+      found.vouched = static_cast<float>(1.0 / (1.0 + portable::exp(-static_cast<double>(most_probable))));
+    } else {
+      found.moment = -1;
+      points[piece.rest[piece.doubtful[d]]].state = ColourState::Hidden;
+    }
   }
+}
+
+void Colouring::keep_judged(std::uint32_t point, const Found& view, const SightEvidence& evidence, Piece& piece) const {
+  const std::uint8_t lens = view.sight.lens;
+  const Moment::Picture& picture = timeline_.at(view.moment).pictures[projector_.lenses()[lens].camera];
+  piece.judged.push_back({point, picture.exposure, lens, evidence});
 }
 
 /// Chooses for each point between the nearest moments before and after it, where no other can be better: along the way,
@@ -228,6 +270,7 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
       least = whole;
       found.moment = nearest[side];
       found.look = look;
+      found.vouched = vouched_by(look);
     }
     if (least_beyond < least || found.look <= kDoubtful) found.moment = -1;
   }
@@ -288,12 +331,12 @@ void Colouring::choose_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
     if (found.moment < 0) {
       const bool has_asked = !is_lost || !piece.candidates.empty();
       point.state = found.is_hidden ? ColourState::Hidden : has_asked ? ColourState::Outside : ColourState::NoExposure;
-    } else if (is_visible && !moves && found.look <= kDoubtful) {
-      // What moves is somewhere else at other moments, so their images bear no witness.
-      piece.doubtful.push_back(static_cast<std::uint32_t>(k));
     }
+    // What moves is somewhere else at other moments, so their images bear no witness.
+    const bool is_doubtful = found.moment < 0 ? found.is_hidden : found.look <= kDoubtful;
+    if (is_visible && !moves && is_doubtful) piece.doubtful.push_back(static_cast<std::uint32_t>(k));
   }
-  take_agreed(batch, points, piece);
+  judge_doubtful(batch, points, piece);
 }
 
 /// Finds the moments that may colour the points of a batch. They change with a point's time by less than matters within

@@ -10,8 +10,6 @@ namespace hueline::fusion {
 namespace {
 
 constexpr float kFullBorder = 64.0f;  // distance from the border, px, from which the quality is not reduced
-// By LineOfSight: how far the laser points vouch for a colour.
-constexpr std::array<float, 7> kVouched{0.0f, 0.3f, 0.4f, 0.6f, 0.7f, 0.8f, 1.0f};
 
 /// Returns how far stamps can be trusted in this state, 0 to 1.
 float trust(SyncState state) {
@@ -56,9 +54,7 @@ void Colouring::paint(const Moment& moment, const Found& found, const std::array
   const float timely = interval / (interval + away);
   const float border = std::min(1.0f, sight.border_px / kFullBorder);
   const float stamped = trust(moment.state) * (moment.timing == ExposureTiming::EventMark ? 1.0f : 0.8f);
-  const float vouched =
-      config_.choice == ExposureChoice::Visible ? kVouched[static_cast<std::size_t>(found.look)] : 1.0f;
-  point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * vouched);
+  point.quality = static_cast<std::uint8_t>(1.0f + 254.0f * timely * border * stamped * found.vouched);
 }
 
 /// Renders piece.rendered.

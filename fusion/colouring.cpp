@@ -393,9 +393,17 @@ std::size_t Colouring::fill_block(std::size_t first, std::size_t count, bool is_
   block_.points.resize(total);
   pool_->run(count, [&](std::size_t i) {
     pieces_[i].is_provisional = is_provisional;
+    pieces_[i].keeps_judged = sight_sink_ && !is_provisional;
+    pieces_[i].judged.clear();
     pieces_[i].usual_gains = usual_gains;
     colour_piece(placed_[first + i], pieces_[i], block_.points.data() + begin[i]);
   });
+  judged_.clear();
+  for (std::size_t i = 0; i < count && sight_sink_; ++i)
+    for (JudgedSight judged : pieces_[i].judged) {
+      judged.point += static_cast<std::uint32_t>(begin[i]);
+      judged_.push_back(judged);
+    }
   if (total > 0) block_.origin = *trajectory_.origin();  // a point was placed, so there was a solution
   return total;
 }
@@ -420,6 +428,7 @@ void Colouring::colour_batches(std::size_t count) {
     kept.scanner_enu = batch.placed.scanner_enu;
     batch.placed = std::move(kept);
   }
+  if (total > 0 && sight_sink_) sight_sink_(block_, judged_);
   if (total > 0) sink_(block_);
 }
 

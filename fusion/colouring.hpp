@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "fusion/georeference.hpp"
 #include "fusion/head_projector.hpp"
 #include "fusion/radiometry.hpp"
+#include "fusion/sight_judge.hpp"
 #include "fusion/trajectory.hpp"
 #include "fusion/visibility.hpp"
 
@@ -99,6 +101,7 @@ class Colouring {
   };
   /// The block's memory is used again after the call.
   using Sink = std::function<void(const CloudBlock&)>;
+  using SightSink = std::function<void(const CloudBlock&, std::span<const JudgedSight>)>;
 
   /// `config.validate()` and `rig.validate()` must be empty. advance() and flush() call `sink`, with the points in
   /// order.
@@ -109,6 +112,9 @@ class Colouring {
   /// and whose poses are known. `sink` gets every placed point once, long before the other sink gets the same point
   /// with its final colour. Counts and the final colours do not depend on it. Call this before anything is added.
   void set_provisional_sink(Sink sink) { provisional_sink_ = std::move(sink); }
+  /// Also gives the lines of sight that were judged for the points of a block, before `sink` gets the block: for
+  /// whoever compares them with the truth. Nothing else depends on it. Call this before anything is added.
+  void set_sight_sink(SightSink sink) { sight_sink_ = std::move(sink); }
   /// Adds a solution, in order of time.
   void add(const InsSolution& solution);
   void add(const InsUncertainty& uncertainty) { trajectory_.add(uncertainty); }
@@ -156,7 +162,8 @@ class Colouring {
   void paint_group(const Moment& moment, bool skips_lost_light, ColouredPoint* points, Piece& piece) const;
   void render(const HeadGains* gains, Piece& piece) const;
   Found find_visible(std::size_t index, bool moves, Piece& piece, const ColouredPoint& point) const;
-  void take_agreed(const PlacedBatch& batch, const ColouredPoint* points, Piece& piece) const;
+  void judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const;
+  void keep_judged(std::uint32_t point, const Found& view, const SightEvidence& evidence, Piece& piece) const;
   Found find_nearest(int owner, bool is_lost, Piece& piece, const ColouredPoint& point) const;
   bool sees(const Moment& moment, const ColouredPoint& point, Sight& sight) const;
   void paint(const Moment& moment, const Found& found, const std::array<std::uint8_t, 3>& colour,
@@ -171,6 +178,7 @@ class Colouring {
   Config config_;
   RigGeometry rig_;
   Sink sink_, provisional_sink_;
+  SightSink sight_sink_;
   Trajectory trajectory_;
   HeadProjector projector_;
   ExposureTimeline timeline_;
@@ -184,6 +192,7 @@ class Colouring {
   std::uint64_t next_number_ = 0;
   std::vector<Piece> pieces_;
   CloudBlock block_;
+  std::vector<JudgedSight> judged_;  // of block_, if there is a sight_sink_
   std::unique_ptr<WorkerPool> pool_;
   std::optional<GpsTime> watermark_;
   GpsTime worked_until_{}, worked_newest_{};  // watermark and newest batch when advance() did its work last

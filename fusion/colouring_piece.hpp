@@ -7,6 +7,7 @@
 
 #include "fusion/agreement.hpp"
 #include "fusion/colouring.hpp"
+#include "fusion/sight_judge.hpp"
 #include "fusion/sight_sampler.hpp"
 
 namespace hueline::fusion {
@@ -16,6 +17,7 @@ struct Colouring::Found {
   int moment = -1;  ///< index; -1: there is none
   Sight sight{};
   LineOfSight look = LineOfSight::Clear;
+  float vouched = 1;       ///< how far the laser points, or the images, vouch for the colour, 0 to 1
   bool is_hidden = false;  ///< whether something hides the point in a moment that was asked
 };
 
@@ -83,10 +85,15 @@ struct Colouring::Piece {
   std::vector<Rgb> pixels;  ///< of each sight
   Rendered rendered;
   std::vector<float> costs;  ///< of one point for each candidate, or of one candidate for each point
-  // For each of `doubtful` room for all candidates: the moments that show its place, and what they show.
+  // For each of `doubtful` room for all candidates: the moments that show its place, what they show, and what is known
+  // of their lines of sight.
   std::vector<Found> views;
   std::vector<Witness> witnesses;
+  std::vector<SightEvidence> evidence;
   std::vector<std::uint32_t> witness_count;
+  std::vector<float> agreement;  ///< of the witnesses of one point
+  bool keeps_judged = false;
+  std::vector<JudgedSight> judged;  ///< if `keeps_judged`; `point` counts from the batch's first
 };
 
 }  // namespace hueline::fusion

@@ -87,6 +87,10 @@ class DepthMap {
     const LineOfSight closed = look(cell, nearness);
     return closed <= LineOfSight::Behind ? judge_points(cell, nearness, closed) : closed;
   }
+  /// Returns the nearness of the closed surface in a cell, 1/m.
+  float surface(std::uint32_t cell) const { return decoded(bounds_[cell].own); }
+  /// Returns the nearness of the nearest point in a cell, 1/m, of those that were added.
+  float nearest_point(std::uint32_t cell) const { return decoded(nearest_[cell]); }
   /// Whether no point lies in the direction of a cell, nor so near to it that the gap would be closed.
   bool is_blank(std::uint32_t cell) const { return bounds_[cell].own == 0; }
   /// Whether the nearest points in the direction of a place that locate() found are as far as the place itself.

@@ -1,5 +1,6 @@
 #include "fusion/agreement.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -7,41 +8,41 @@
 namespace hueline::fusion {
 namespace {
 
+using testing::FloatEq;
+using testing::Gt;
+
 constexpr std::array<std::uint8_t, 3> kWall{120, 110, 100}, kLeaf{40, 90, 30}, kSky{180, 200, 240};
 
-Witness witness(std::array<std::uint8_t, 3> colour, float trust = 0.7f, float cost = 0) {
-  return {colour, trust, trust / (1 + cost)};
+std::vector<float> agreement(const std::vector<Witness>& witnesses) {
+  std::vector<float> out{7, 7, 7};  // is replaced
+  weigh_agreement(witnesses, out);
+  return out;
 }
 
-TEST(Agreement, ManyImagesOfOneColourWinAgainstANearerOneOfAnother) {
-  const std::vector<Witness> witnesses{witness(kLeaf), witness(kWall, 0.7f, 0.3f), witness(kSky, 0.7f, 0.3f),
-                                       witness(kWall, 0.7f, 0.4f)};
-  EXPECT_EQ(most_agreed(witnesses), 1u);
+TEST(Agreement, ImagesOfOneColourAgreeByTheTrustOfTheOthers) {
+  const auto of = agreement({{kWall, 0.7f}, {kWall, 0.25f}, {kWall, 1.0f}});
+  ASSERT_EQ(of.size(), 3u);
+  EXPECT_THAT(of[0], FloatEq(1.25f));
+  EXPECT_THAT(of[1], FloatEq(1.7f));
+  EXPECT_THAT(of[2], FloatEq(0.95f));
 }
 
-TEST(Agreement, OfImagesThatAllDifferTheMostTrustedIsTaken) {
-  EXPECT_EQ(most_agreed(std::vector{witness(kLeaf, 0.7f, 0.2f), witness(kWall, 0.7f, 0.1f), witness(kSky, 0.2f)}), 1u);
-  EXPECT_EQ(most_agreed(std::vector{witness(kSky, 0.2f, 2)}), 0u);
-  EXPECT_EQ(most_agreed({}), 0u);
+TEST(Agreement, AnImageAloneHasNone) {
+  EXPECT_THAT(agreement({{kSky, 1.0f}}), testing::ElementsAre(0.0f));
+  EXPECT_TRUE(agreement({}).empty());
 }
 
-TEST(Agreement, ImagesInWhichThePointIsHiddenDoNotOutvoteFewThatMaySeeIt) {
-  // Two may see it, four are believed to show what is in front, which is not one thing.
-  EXPECT_EQ(most_agreed(std::vector{witness(kLeaf, 0.2f), witness(kSky, 0.2f), witness(kLeaf, 0.2f), witness(kWall),
-                                    witness(kWall), witness(kSky, 0.2f)}),
-            3u);
+TEST(Agreement, ManyImagesOfOneColourAgreeMoreThanThoseOfManyColours) {
+  const auto of = agreement({{kLeaf, 0.7f}, {kWall, 0.7f}, {kSky, 0.7f}, {kWall, 0.7f}});
+  EXPECT_THAT(of[1], Gt(10 * of[0]));
+  EXPECT_THAT(of[3], Gt(10 * of[2]));
 }
 
 TEST(Agreement, NoiseAndShadeOfOneSurfaceAreNoDisagreement) {
-  // The wall three times, a little lighter and darker, against a leaf twice; the nearest image of the wall is taken.
-  const auto wall = [](int lighter) {
-    return std::array<std::uint8_t, 3>{static_cast<std::uint8_t>(120 + lighter),
-                                       static_cast<std::uint8_t>(110 + lighter),
-                                       static_cast<std::uint8_t>(100 + lighter)};
-  };
-  EXPECT_EQ(most_agreed(std::vector{witness(kLeaf), witness(kLeaf), witness(wall(-6), 0.7f, 0.2f), witness(wall(0)),
-                                    witness(wall(6), 0.7f, 0.2f)}),
-            3u);
+  const std::array<std::uint8_t, 3> lighter{126, 116, 106}, darker{114, 104, 94};
+  const auto of = agreement({{lighter, 1}, {kWall, 1}, {darker, 1}, {kLeaf, 1}, {kLeaf, 1}});
+  EXPECT_THAT(of[1], Gt(1.5f));
+  EXPECT_THAT(of[1], Gt(of[3]));
 }
 
 }  // namespace
