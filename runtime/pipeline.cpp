@@ -45,6 +45,10 @@ Pipeline::Pipeline(const config::Rig& rig, int threads, ProductSink& sink, PostT
   if (sink.wants_provisional_cloud())
     colouring_.set_provisional_sink(
         [this](const CloudBlock& block) { sink_.on_provisional_cloud(block, colouring_.trajectory()); });
+  if (sink.wants_sights())
+    colouring_.set_sight_sink([this](const CloudBlock& block, std::span<const fusion::JudgedSight> sights) {
+      sink_.on_sights(block, sights);
+    });
   for (const auto& sensor : rig.sensors) {
     decoders_[sensor.id] = sensor.device->make_decoder();
     if (sensor.id == pos_) solutions_ = sensor.type->solutions;

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/coloured_point.hpp"
 #include "core/drive_command.hpp"
 #include "core/measurements.hpp"
 #include "core/stamped.hpp"
+#include "fusion/sight_judge.hpp"
 #include "fusion/trajectory.hpp"
 #include "runtime/health.hpp"
 
@@ -43,6 +45,10 @@ class ProductSink {
   /// colours, so it is called only if wants_provisional_cloud() returns true.
   virtual void on_provisional_cloud(const CloudBlock&, const fusion::Trajectory&) {}
   virtual bool wants_provisional_cloud() const { return false; }
+  /// Called before on_cloud() with the lines of sight that were judged for the points of the same block, if
+  /// wants_sights() returns true.
+  virtual void on_sights(const CloudBlock&, std::span<const fusion::JudgedSight>) {}
+  virtual bool wants_sights() const { return false; }
   /// Called with every image, whole or not, before its time is known.
   virtual void on_image(const Image&) {}
   /// Called with an exposure and its image as soon as its time is known. Its pose may not be settled yet.

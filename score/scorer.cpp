@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/output_file.hpp"
 #include "score/sight_figures.hpp"
 #include "sim/earth.hpp"
 #include "sim/ins_model.hpp"
@@ -137,6 +139,31 @@ void Scorer::add(const PointClaim& point) {
     flicker_.add(place, truth->surface, key(*truth), claim.exposure, claim.lens, given_lab, wanted_lab);
   if (view_) view_->add(place, given, wanted, difference);
   if (is_sampled(*truth)) given_[key(*truth)] = {claim.exposure, claim.lens, difference};
+}
+
+void Scorer::add(SightClaim sight) {
+  const auto truth = judge_.true_return(sight.channel, sight.fired_gps_ns);
+  if (!truth || truth->surface == kOwnVehicle || !is_sampled(*truth)) return;
+  if (sight.exposure >= judge_.exposures().size()) return;
+  sights_.push_back({{truth->east, truth->north, truth->up}, std::move(sight)});
+}
+
+Status Scorer::write_sights(const std::filesystem::path& file, std::span<const char* const> words) const {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "point,seen");
+  for (const char* word : words) fmt::format_to(out, ",{}", word);
+  std::map<std::pair<sim::GpsNs, std::uint16_t>, std::size_t> numbers;  // of the returns, by firing and channel
+  for (const auto& [place, claim] : sights_) {
+    const std::size_t number = numbers.try_emplace({claim.fired_gps_ns, claim.channel}, numbers.size()).first->second;
+    const auto sight = outlook_->sight(claim.exposure, claim.lens, place);
+    if (!sight) continue;
+    const bool is_seen = outlook_->look(*sight, place).met == Outlook::Met::Place;
+    fmt::format_to(out, "\n{},{}", number, is_seen ? 1 : 0);
+    for (const float value : claim.evidence) fmt::format_to(out, ",{}", value);
+  }
+  text.push_back('\n');
+  return write_output(file, {text.data(), text.size()});
 }
 
 std::vector<Observation> Scorer::observe_sample(const std::function<void(double)>& progress) const {

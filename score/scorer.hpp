@@ -1,9 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -40,6 +42,15 @@ struct ExposureClaim {
   bool has_image = true;  ///< whether the image is whole, so that it could give colours
 };
 
+/// A line of sight to a point, and what the program knew of it when it judged whether the lens sees the point.
+struct SightClaim {
+  std::uint16_t channel = 0;
+  sim::GpsNs fired_gps_ns = 0;
+  std::uint32_t exposure = 0;  ///< number of the true exposure
+  std::size_t lens = 0;
+  std::vector<float> evidence;
+};
+
 /// Compares everything that the program says of one drive with the drive's truth and computes the figures of
 /// metric_table.hpp. The figures depend on the claims, not on the order of the points. Thread safety: none.
 class Scorer {
@@ -63,6 +74,13 @@ class Scorer {
   void add_provisional(double latency_ms) { provisional_latency_.add(latency_ms); }
   /// Adds a point, coloured or not.
   void add(const PointClaim& point);
+  /// Takes note of lines of sight to the sampled returns from now on.
+  void keep_sights() { keeps_sights_ = true; }
+  bool keeps_sights() const { return keeps_sights_; }
+  void add(SightClaim sight);
+  /// Writes a table of the lines of sight that were kept: a line each with the number of the return, whether the lens
+  /// truly saw it (1) or met something else (0), and the evidence, whose words are the columns' names. Errors: Io.
+  Status write_sights(const std::filesystem::path& file, std::span<const char* const> words) const;
   /// Casts the rays and computes the figures. Call it after everything was added. `progress` gets 0 .. 1.
   ScenarioScore finish(const std::string& name, const std::map<std::string, DeviceBytes>& devices,
                        const std::function<void(double)>& progress);
@@ -84,6 +102,13 @@ class Scorer {
   std::uint64_t one_in_ = 1;
   std::vector<sim::TrueReturn> sample_;
   std::unordered_map<std::uint64_t, GivenColour> given_;  // of the sampled returns, by key()
+
+  bool keeps_sights_ = false;
+  struct KeptSight {
+    sim::Vec3 place;
+    SightClaim claim;
+  };
+  std::vector<KeptSight> sights_;  // of the sampled returns
 
   std::vector<ExposureError> exposures_;
   std::vector<bool> is_there_;  // by exposure: whether the colouring got its image and its pose

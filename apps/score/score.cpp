@@ -26,7 +26,7 @@ namespace hueline::apps {
 namespace {
 
 struct ScoreOptions {
-  std::string sheet = "quick", out, cache, against;
+  std::string sheet = "quick", out, cache, against, sights;
   std::string recording, rig;
   int threads = 0;
 };
@@ -136,9 +136,13 @@ int run_sheet(const ScoreOptions& options) {
   const ScoreProgress progress = [&](const std::string& stage, double share) { bar.show(stage, share); };
   score::Sheet sheet;
   score::RunNotes notes;
+  // A folder that cannot be made is told when the first table is written.
+  std::error_code ignored;
+  if (!options.sights.empty()) std::filesystem::create_directories(options.sights, ignored);
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
     const std::string name = plan.scenarios[i].stem().string();
-    auto scored = score_scenario(scenarios[i], name, cache, plan.ray_returns, threads, progress);
+    const std::string sights = options.sights.empty() ? std::string() : options.sights + "/" + name + ".csv";
+    auto scored = score_scenario(scenarios[i], name, cache, plan.ray_returns, threads, progress, sights);
     if (scored.ok() && i == 0) {
       // Runs one scenario twice. The cloud and all figures must not depend on the number of threads.
       const int other = threads == 1 ? 2 : 1;
@@ -186,10 +190,14 @@ void add_score(Command& all) {
   command.option(
       "--against", options->against,
       "score.json of another version: prints what is better or worse beyond noise; exit status 6 if anything is worse");
+  command.option(
+      "--sights", options->sights,
+      "folder for a table of each scenario: the lines of sight that were judged, and whether they truly were "
+      "free (docs/methods/visibility.md)");
   command.setting("--threads", options->threads, "threads of rendering and colouring; 0: as many as the computer has",
                   {0, 256});
   command.reads(options->sheet).reads(options->against).reads(options->recording).reads(options->rig);
-  command.writes_into(options->out);
+  command.writes_into(options->out).writes_into(options->sights);
   command.footer(
       "Example: hueline score --sheet quick --out out/score --against docs/score/quick.json\n"
       "Exit status: 0; 3 if an input cannot be read; 6 if a figure is worse than that of --against.\n"

@@ -17,6 +17,7 @@
 #include "apps/score/view_judges.hpp"
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
+#include "fusion/sight_judge.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
 #include "sim/faults/faulty_timeline.hpp"
@@ -228,7 +229,8 @@ Result<RecoveredRecording> feed_from_disk(const sim::Scenario& scenario, const s
 }  // namespace
 
 Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache,
-                                 std::size_t ray_returns, int threads, const ScoreProgress& progress) {
+                                 std::size_t ray_returns, int threads, const ScoreProgress& progress,
+                                 const std::string& sights_file) {
   sim::GenerateOptions options;
   options.threads = static_cast<unsigned>(threads);
   const auto drive = sim::generate(
@@ -246,6 +248,7 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
       scenario, drive->cache_dir,
       {.ray_returns = ray_returns, .seed = 1, .neighbours = rig.colouring.neighbours, .threads = threads});
   if (!scorer.ok()) return scorer.error();
+  if (!sights_file.empty()) scorer->keep_sights();
 
   Devices devices;
   count_units(sent->timeline, timeline, rig, devices);
@@ -290,6 +293,9 @@ Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::strin
   }
   run.score = scorer->finish(name, account(rig, pipeline.pipeline(), devices, pipeline.sink().told_lost()),
                              [&](double share) { progress(name + ": casting rays", share); });
+  if (!sights_file.empty())
+    if (Status written = scorer->write_sights(sights_file, fusion::kEvidenceWords); !written.ok())
+      return written.error();
   score::add_recording_figures(facts, run.score);
   views.report(run.score);
   drifts.report(scenario, run.score);

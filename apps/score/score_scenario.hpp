@@ -23,9 +23,11 @@ struct ScoredRun {
 using ScoreProgress = std::function<void(const std::string& stage, double share)>;
 
 /// Runs one scenario. `threads` is the number of threads of the renderer and of the colouring; the figures do not
-/// depend on it.
+/// depend on it. `sights_file`: where to write the judged lines of sight beside what the lenses truly saw
+/// (score::Scorer::write_sights()); empty: nowhere.
 /// Errors: those of sim::generate, of the timeline, of score::Scorer and of the recording.
 Result<ScoredRun> score_scenario(const sim::Scenario& scenario, const std::string& name, const std::string& cache,
-                                 std::size_t ray_returns, int threads, const ScoreProgress& progress);
+                                 std::size_t ray_returns, int threads, const ScoreProgress& progress,
+                                 const std::string& sights_file = {});
 
 }  // namespace hueline::apps

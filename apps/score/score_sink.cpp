@@ -59,6 +59,19 @@ void ScoreSink::on_provisional_cloud(const CloudBlock& block, const fusion::Traj
     if (const auto latency = latency_ms(point)) scorer_.add_provisional(*latency);
 }
 
+void ScoreSink::on_sights(const CloudBlock& block, std::span<const fusion::JudgedSight> sights) {
+  for (const fusion::JudgedSight& sight : sights) {
+    const auto exposure = stamped_.find(sight.exposure);
+    if (exposure == stamped_.end()) continue;
+    const ColouredPoint& point = block.points[sight.point];
+    scorer_.add(score::SightClaim{point.channel,
+                                  count_ns(point.time),
+                                  exposure->second.number,
+                                  sight.lens,
+                                  {sight.evidence.begin(), sight.evidence.end()}});
+  }
+}
+
 void ScoreSink::on_laser(const StampedLaserBatch&) {
   if (!first_laser_) first_laser_ = now_;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <vector>
 
 #include "apps/score/cloud_print.hpp"
@@ -28,6 +29,8 @@ class ScoreSink : public runtime::ProductSink {
   void on_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   void on_provisional_cloud(const CloudBlock& block, const fusion::Trajectory&) override;
   bool wants_provisional_cloud() const override { return true; }
+  void on_sights(const CloudBlock& block, std::span<const fusion::JudgedSight> sights) override;
+  bool wants_sights() const override { return scorer_.keeps_sights(); }
   void on_laser(const StampedLaserBatch&) override;
   void on_exposure(const Exposure& exposure) override;
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;

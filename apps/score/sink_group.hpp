@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,14 @@ class SinkGroup : public runtime::ProductSink {
   bool wants_provisional_cloud() const override {
     return std::any_of(sinks_.begin(), sinks_.end(),
                        [](const ProductSink* sink) { return sink->wants_provisional_cloud(); });
+  }
+  void on_sights(const CloudBlock& block, std::span<const fusion::JudgedSight> sights) override {
+    each([&](ProductSink& sink) {
+      if (sink.wants_sights()) sink.on_sights(block, sights);
+    });
+  }
+  bool wants_sights() const override {
+    return std::any_of(sinks_.begin(), sinks_.end(), [](const ProductSink* sink) { return sink->wants_sights(); });
   }
   void on_image(const Image& image) override {
     each([&](ProductSink& sink) { sink.on_image(image); });
