@@ -29,6 +29,7 @@ constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 constexpr nanoseconds kOwnMoment{100'000'000};
 // Where the best line of sight is no better, the images are asked too.
 constexpr LineOfSight kDoubtful = LineOfSight::Unwatched;
+constexpr float kOddsOfCost = 4.0f;            // log-odds that a radian less of cost is worth
 constexpr std::uint32_t kFewestWitnesses = 3;  // fewer images say nothing about which of them sees a point
 // By LineOfSight: what a line costs, as an angle of parallax, rad; how far an image is trusted to show a point; and how
 // far the laser points vouch for its colour.
@@ -136,9 +137,9 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
 
 /// Where the laser points leave open whether even the best moment sees a point, all that is known of each is weighed:
 /// how far something lies before it, and the images, for those that see the point show one colour, the others what
-/// happens to be in front. Replaces what was found for piece.doubtful by the view that most probably sees the point; if
-/// none does so with certainty enough, the point stays without a colour. piece.places are those of piece.rest, and are
-/// not kept.
+/// happens to be in front. Replaces what was found for piece.doubtful by the view that most probably sees the point, as
+/// the scanner did; if none does so with certainty enough, the point stays without a colour. piece.places are those of
+/// piece.rest, and are not kept.
 void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, Piece& piece) const {
   const std::size_t count = piece.doubtful.size(), most = piece.candidates.size();
   if (count == 0) return;
@@ -150,6 +151,7 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
   piece.witnesses.resize(count * most);
   piece.views.resize(count * most);
   piece.evidence.resize(count * most);
+  piece.view_costs.resize(count * most);
   piece.witness_count.assign(count, 0);
   for (std::size_t c = 0; c < most; ++c) {
     const Moment& moment = timeline_.at(piece.candidates[c]);
@@ -183,6 +185,7 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
       const std::size_t at = d * most + piece.witness_count[d]++;
       piece.witnesses[at] = {{}, kTrust[static_cast<std::size_t>(look)]};
       piece.views[at] = {piece.candidates[c], sights.at(d), look, 0, piece.found[i].is_hidden};
+      piece.view_costs[at] = piece.costs[d];
       piece.evidence[at] = evidence_of(moment, seen, k, piece.is_provisional);
       piece.group.push_back(static_cast<std::uint32_t>(at));
       piece.rendered.add(piece.pixels[d], sights.lens[d], lens.off_axis(sights.x[d], sights.y[d]));
@@ -193,25 +196,26 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
   }
   for (std::size_t d = 0; d < count; ++d) {
     if (piece.witness_count[d] < kFewestWitnesses) continue;
-    Found& found = piece.found[piece.rest[piece.doubtful[d]]];
-    float most_probable = -kNever;
-    std::size_t best = 0;
     weigh_agreement(std::span(&piece.witnesses[d * most], piece.witness_count[d]), piece.agreement);
+    const std::uint32_t i = piece.rest[piece.doubtful[d]];
+    Found& found = piece.found[i];
+    found = {};
+    float most_worth = -kNever, log_odds_of_best = 0;
     for (std::size_t v = 0; v < piece.witness_count[d]; ++v) {
-      SightEvidence& evidence = piece.evidence[d * most + v];
+      const std::size_t at = d * most + v;
+      SightEvidence& evidence = piece.evidence[at];
       evidence[static_cast<std::size_t>(Evidence::Agreement)] = piece.agreement[v];
-      const float log_odds = log_odds_of_sight(evidence);
-      if (piece.keeps_judged) keep_judged(piece.rest[piece.doubtful[d]], piece.views[d * most + v], evidence, piece);
-      if (log_odds <= most_probable) continue;
-      most_probable = log_odds;
-      best = d * most + v;
+      if (piece.keeps_judged) keep_judged(i, piece.views[at], evidence, piece);
+      const float log_odds = log_odds_of_sight(evidence), worth = log_odds - kOddsOfCost * piece.view_costs[at];
+      if (log_odds < kSeen || worth <= most_worth) continue;
+      most_worth = worth;
+      log_odds_of_best = log_odds;
+      found = piece.views[at];
     }
-    if (most_probable >= kSeen) {
-      found = piece.views[best];
-      found.vouched = static_cast<float>(1.0 / (1.0 + portable::exp(-static_cast<double>(most_probable))));
+    if (found.moment < 0) {
+      points[i].state = ColourState::Hidden;
     } else {
-      found.moment = -1;
-      points[piece.rest[piece.doubtful[d]]].state = ColourState::Hidden;
+      found.vouched = static_cast<float>(1.0 / (1.0 + portable::exp(-static_cast<double>(log_odds_of_best))));
     }
   }
 }

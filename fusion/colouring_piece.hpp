@@ -85,10 +85,11 @@ struct Colouring::Piece {
   std::vector<Rgb> pixels;  ///< of each sight
   Rendered rendered;
   std::vector<float> costs;  ///< of one point for each candidate, or of one candidate for each point
-  // For each of `doubtful` room for all candidates: the moments that show its place, what they show, and what is known
-  // of their lines of sight.
+  // For each of `doubtful` room for all candidates: the moments that show its place, what they cost beside what may lie
+  // between, what they show, and what is known of their lines of sight.
   std::vector<Found> views;
   std::vector<Witness> witnesses;
+  std::vector<float> view_costs;
   std::vector<SightEvidence> evidence;
   std::vector<std::uint32_t> witness_count;
   std::vector<float> agreement;  ///< of the witnesses of one point
