@@ -15,9 +15,14 @@
 namespace hueline {
 
 /// What to do if the file exists already.
-enum class IfExists { Refuse, Replace };
+enum class IfExists {
+  Refuse,
+  Replace,
+  Continue,  ///< keeps what is in it, so that a program goes on with a file of its own
+};
 
-/// Opens `path` for writing from its beginning. Returns 0 and sets `fd`, or returns minus errno.
+/// Opens `path` for writing from its beginning; with Continue nothing in it is changed. Returns 0 and sets `fd`, or
+/// returns minus errno.
 ///
 /// Besides what the kernel refuses, these are refused: a symbolic link (-ELOOP); with Replace, a file that is open as
 /// an InputFile (-EBUSY); a file in a folder that another program holds as an OutputFolder (-EWOULDBLOCK). A file that

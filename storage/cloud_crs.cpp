@@ -140,7 +140,7 @@ ProjObject in_metres(PJ_CONTEXT* context, const PJ* crs) {
 }  // namespace
 
 Result<CrsUnit> crs_unit(const LasReader& cloud) {
-  if (const std::string wkt = cloud.wkt(); !wkt.empty()) return unit_of(wkt);
+  if (const std::string wkt = cloud.wkt(); !wkt.empty()) return crs_unit(wkt);
   const GeoKeys keys(cloud);
   if (keys[kModelType] == kGeographic) return CrsUnit{1, true};
   if (const std::optional<double> metres = metres_of(keys[kLinearUnit])) return CrsUnit{*metres, false};
@@ -160,6 +160,8 @@ Result<std::string> crs_wkt(const LasReader& cloud) {
   }
   return wkt_of(horizontal);
 }
+
+Result<CrsUnit> crs_unit(const std::string& wkt) { return unit_of(wkt); }
 
 Result<CrsInMetres> crs_in_metres(const LasReader& cloud) {
   const Result<CrsUnit> unit = crs_unit(cloud);

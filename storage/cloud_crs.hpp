@@ -18,6 +18,8 @@ struct CrsUnit {
 /// know, it is the metre. Error: Unavailable if PROJ's database cannot be read. Thread safety: one thread per cloud.
 /// Source: LAS 1.4 R15 (coordinate reference system records); GeoTIFF 1.1 (OGC 19-008r4).
 Result<CrsUnit> crs_unit(const LasReader& cloud);
+/// Returns the unit of a CRS that is given as WKT. Error: that of crs_unit().
+Result<CrsUnit> crs_unit(const std::string& wkt);
 
 /// Returns a cloud's CRS as WKT (OGC 01-009): its record, or what PROJ knows of the EPSG numbers in its GeoTIFF keys.
 /// Empty if it has neither, or keys that describe a CRS of their own. Error and thread safety: those of crs_unit().

@@ -205,7 +205,7 @@ class KernelDisk final : public Disk {
     int fd = -1;
     if (const int result = open_output(path, if_exists, fd); result != 0) return result;
     file = std::make_unique<KernelFile>(fd, path);
-    return sync_folder(path);
+    return if_exists == IfExists::Continue ? 0 : sync_folder(path);
   }
   std::int64_t free_bytes(const std::filesystem::path& file) override {
     struct statvfs about {};
@@ -217,6 +217,14 @@ class KernelDisk final : public Disk {
 }  // namespace
 
 int Disk::remove(const std::filesystem::path& path) { return ::unlink(path.c_str()) == 0 ? 0 : -errno; }
+
+int Disk::sync_all(const std::filesystem::path& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return -errno;
+  const int result = ::syncfs(fd) == 0 ? 0 : -errno;
+  ::close(fd);
+  return result;
+}
 
 int Disk::link(const std::filesystem::path& target, const std::filesystem::path& path) {
   return ::symlink(target.c_str(), path.c_str()) == 0 ? sync_folder(path) : -errno;

@@ -61,13 +61,17 @@ class Disk {
  public:
   virtual ~Disk() = default;
   /// Creates the file and returns 0, or minus errno as open_output() does. The entry of a created file in its folder is
-  /// already on the medium, so a power cut does not lose the file's name.
+  /// already on the medium, so a power cut does not lose the file's name. With IfExists::Continue it does not wait for
+  /// that, and the caller truncates the file to where it goes on, or to 0.
   virtual int create(const std::filesystem::path& path, IfExists if_exists, std::unique_ptr<DiskFile>& file) = 0;
   /// Removes a file, or a symbolic link and not what it leads to. Returns 0 or minus errno.
   virtual int remove(const std::filesystem::path& path);
   /// Creates the symbolic link `path` that leads to `target`. Its entry is on the medium afterwards. Returns 0 or minus
   /// errno.
   virtual int link(const std::filesystem::path& target, const std::filesystem::path& path);
+  /// Writes everything that was written to the file system of that folder to the medium (syncfs), with the names of its
+  /// files. Returns 0 or minus errno. Many small files are on the medium sooner than by a sync of each.
+  virtual int sync_all(const std::filesystem::path& folder);
   /// Returns the number of bytes that can still be written to the file system of that file; INT64_MAX if that is
   /// unknown.
   virtual std::int64_t free_bytes(const std::filesystem::path&) { return INT64_MAX; }

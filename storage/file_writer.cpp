@@ -143,8 +143,12 @@ Status FileWriter::cut_back(std::uint64_t size) {
 }
 
 Status FileWriter::close() {
+  if (file_) (void)sync();  // sync() remembers its error
+  return close_without_waiting();
+}
+
+Status FileWriter::close_without_waiting() {
   if (!file_) return failed_already();
-  (void)sync();  // sync() remembers its error
   if (const int result = file_->close(); result != 0) (void)fail("close", -result);
   file_.reset();
   if (!error_ && replaced_)

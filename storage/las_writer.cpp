@@ -102,8 +102,9 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   const bool is_compressed = config_.format != CloudFormat::Las, is_copc = config_.format == CloudFormat::Copc;
   Bytes records;
   if (is_copc) append_vlr(records, copc_info_vlr());
-  append_vlr(records, {"LASF_Projection", 2112, "OGC WKT", projection_.operation().wkt() + '\0'});
-  append_vlr(records, {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra)});
+  records_ = {{"LASF_Projection", 2112, "OGC WKT", projection_.operation().wkt() + '\0'},
+              {"LASF_Spec", 4, "Extra bytes", encode_extra_fields(extra)}};
+  for (const LasVlr& record : records_) append_vlr(records, record);
   header_.global_encoding = kLasAdjustedTime | kLasWkt;
   header_.system_identifier = config_.system_identifier;
   header_.generating_software = config_.generating_software;
@@ -229,6 +230,7 @@ Bytes LasWriter::take_buffer() {
 /// Passes on the points in the buffer: to the file, to the octree, or to a thread that compresses them.
 Status LasWriter::write_points() {
   if (error_) return *error_;
+  if (take_ && used_ > 0) take_(ByteView(buffer_.data(), used_));
   if (laz_ && !laz_->tree) return submit_chunk(take_buffer());
   const ByteView records(buffer_.data(), std::exchange(used_, 0));
   if (!laz_) return write_records(records, tally_of(records));

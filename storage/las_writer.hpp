@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "storage/cloud_format.hpp"
@@ -75,9 +77,15 @@ class LasWriter {
   /// Does what flush() does, writes everything to the medium and closes the file.
   Status close();
 
+  /// Also gives the records of all later points to `take`, as they stand in a file that is not compressed and in the
+  /// order of append(), when the writer passes them on: some ten thousand at once, the last of them in close().
+  void also_give(std::function<void(ByteView records)> take) { take_ = std::move(take); }
+
   const Counts& counts() const { return counts_; }
   const Projection& projection() const { return projection_; }
   const LasHeader& header() const { return header_; }
+  /// The records that describe the points: CRS and extra bytes.
+  const std::vector<LasVlr>& records() const { return records_; }
   const std::filesystem::path& path() const { return file_.path(); }
 
  private:
@@ -115,6 +123,8 @@ class LasWriter {
   Projection projection_;
   Config config_;
   LasHeader header_;
+  std::vector<LasVlr> records_;
+  std::function<void(ByteView)> take_;
   Counts counts_;
   Tally in_file_;
   std::optional<Error> error_;

@@ -21,6 +21,7 @@
 #include "runtime/version.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/las_reader.hpp"
+#include "storage/part_index.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -32,7 +33,7 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
     return Error{recording.error().code, recording.error().message +
                                              " (strips by distance need the drive's folder or its recording, because "
                                              "a cloud does not hold the path)"};
-  products::PathStrips path(length_m);
+  storage::PathStrips path(length_m);
   const auto read = for_each_of_path(words.trajectory, *recording, [&](const InsSolution& solution) {
     if (!solution.is_good) return;
     const Eigen::Vector3d p = to_ecef(solution.position).xyz;
@@ -54,20 +55,20 @@ void tell_left_out(const std::string& out, const std::vector<std::string>& recor
 }
 
 /// Returns how many compressed clouds a folder has beside these.
-std::size_t other_parts(const std::filesystem::path& folder, const std::vector<products::CloudPart>& parts) {
+std::size_t other_parts(const std::filesystem::path& folder, const std::vector<storage::CloudPart>& parts) {
   std::size_t count = 0;
   std::error_code error;
   for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
     count += at->path().extension() == ".laz" &&
-             std::ranges::find(parts, at->path().filename(), &products::CloudPart::file) == parts.end();
+             std::ranges::find(parts, at->path().filename(), &storage::CloudPart::file) == parts.end();
   return count;
 }
 
 int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc, const products::CloudExport& config) {
-  const auto split = products::CloudSplit::parse(words.split);
+  const auto split = storage::CloudSplit::parse(words.split);
   if (!split.ok()) throw config::ConfigError("--split: " + split.error().message);
   std::vector<GpsTime> ends;
-  if (split->kind == products::CloudSplit::Kind::Distance) {
+  if (split->kind == storage::CloudSplit::Kind::Distance) {
     auto known = ends_of_strips(words, split->size);
     if (!known.ok()) {
       log_error(known.error().message);
@@ -80,7 +81,7 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     log_error(folder.error().message);
     return kOutputRefused;
   }
-  const std::filesystem::path index = folder->path() / "index.geojson";
+  const std::filesystem::path index = folder->path() / storage::kPartIndex;
   const auto done = products::split_cloud(cloud, folder->path(), *split, ends, is_copc, config);
   if (!done.ok()) {
     log_error(done.error().message);
@@ -95,7 +96,7 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     log_error(wkt.error().message);
     return opening_status(wkt.error());
   }
-  const Result<std::size_t> indexed = products::write_part_index(index, done->parts, *wkt);
+  const Result<std::size_t> indexed = storage::write_part_index(index, done->parts, *wkt);
   if (!indexed.ok()) {
     log_error(indexed.error().message);
     return kOutputRefused;
@@ -111,12 +112,12 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
     log_warning("{} files of parts were removed that an earlier export has left unfinished", done->unfinished_removed);
   tell_left_out(words.out, source->left_out());
   std::uint64_t points = 0, bytes = 0;
-  for (const products::CloudPart& part : done->parts) {
+  for (const storage::CloudPart& part : done->parts) {
     points += part.points;
     bytes += part.bytes;
   }
   fmt::print("{}: {} points in {} {}, {} bytes; index.geojson says where\n", words.out, points, done->parts.size(),
-             split->kind == products::CloudSplit::Kind::Tile ? "tiles" : "strips", bytes);
+             split->is_strips() ? "strips" : "tiles", bytes);
   if (!done->source_was_cut) return kDone;
   log_error("{} ends before its last point: everything that is whole was written", cloud);
   return kInputUnreadable;

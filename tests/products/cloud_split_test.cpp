@@ -15,6 +15,7 @@
 
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/part_index.hpp"
 #include "storage/scan_cloud_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -22,8 +23,12 @@
 namespace hueline::products {
 namespace {
 
+using storage::CloudPart;
+using storage::CloudSplit;
 using storage::LasPoint;
 using storage::LasReader;
+using storage::PathStrips;
+using storage::write_part_index;
 using test::TemporaryFolder;
 
 class Split : public testing::Test {
@@ -222,8 +227,8 @@ TEST_F(Split, TheIndexIsCutAtTheDateLine) {
   expect(ring, 90 + 2.33722917 - 0.002, 90 + 2.33722917 - 0.001);
 }
 
-TEST_F(Split, RefusesPartsThatHadNoEndBeforeItWritesOne) {
-  // A cloud over 700 m x 700 m without order: its tiles all have points from its begin to its end.
+TEST_F(Split, RefusesTooManyTilesBeforeItWritesOne) {
+  // A cloud over 1100 m x 1100 m without order: its tiles all have points from its begin to its end.
   storage::ScanCloudWriter::Format format = storage::ScanCloudWriter::Format::Las;
   auto writer = storage::ScanCloudWriter::create(folder_ / "wide.las", format, {0, 0, 0}, UtcTime{2026, 1, 1});
   ASSERT_TRUE(writer);
@@ -232,18 +237,20 @@ TEST_F(Split, RefusesPartsThatHadNoEndBeforeItWritesOne) {
     for (int i = 0; i < 25'000; ++i)
       for (const double one : {0.5 + 7.0 * (i % 158), 0.5 + 7.0 * (i / 158), 0.0}) places.push_back(one);
   ASSERT_TRUE(writer->append(places) && writer->close());
-  const auto refused = [&](const char* how) {
-    const auto done = split_cloud(folder_ / "wide.las", folder_ / "parts", *CloudSplit::parse(how), {}, false, {});
-    EXPECT_FALSE(done) << how;
-    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "parts")) << how;
-    return done ? Error{} : done.error();
+  const auto cut = [&](const char* how) {
+    return split_cloud(folder_ / "wide.las", folder_ / "parts", *CloudSplit::parse(how), {}, false, {});
   };
-  EXPECT_EQ(refused("tile:0.1m").message, "there would be more than 20000 tiles: give a greater size");
-  const Error often = refused("tile:14m");
-  EXPECT_EQ(often.code, ErrorCode::Invalid);
-  EXPECT_EQ(often.message,
-            "of 6259 tiles, 6259 have points at one place of the cloud, which would have to be read 196 times to write "
-            "them: give a greater size");
+  const auto refused = cut("tile:0.1m");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::Invalid);
+  EXPECT_EQ(refused.error().message, "there would be more than 20000 tiles: give a greater size");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "parts"));
+  const auto written = cut("tile:28m");
+  ASSERT_TRUE(written);
+  std::uint64_t points = 0;
+  for (const CloudPart& part : written->parts) points += part.points;
+  EXPECT_EQ(written->parts.size(), 1600u);
+  EXPECT_EQ(points, 50'000u);
 }
 
 TEST_F(Split, RemovesWhatAKilledRunHasLeft) {

@@ -12,6 +12,7 @@
 #include "storage/journal_writer.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/part_index.hpp"
 #include "tests/storage/sample_cloud.hpp"
 #include "tests/storage/sample_packets.hpp"
 #include "tests/storage/sample_view.hpp"
@@ -120,11 +121,11 @@ bool write_parts(const std::filesystem::path& folder) {
   std::filesystem::remove_all(parts, error);
   std::filesystem::create_directory(parts, error);
   const auto written =
-      products::split_cloud(folder / "cloud.las", parts, *products::CloudSplit::parse("tile:50m"), {}, false, {});
+      products::split_cloud(folder / "cloud.las", parts, *storage::CloudSplit::parse("tile:50m"), {}, false, {});
   if (!written) return !failed(written.error());
   const auto cloud = LasReader::open(folder / "cloud.las");
   if (!cloud) return !failed(cloud.error());
-  const auto indexed = products::write_part_index(parts / "index.geojson", written->parts, cloud->wkt());
+  const auto indexed = storage::write_part_index(parts / "index.geojson", written->parts, cloud->wkt());
   return indexed ? *indexed == 0 : !failed(indexed.error());
 }
 

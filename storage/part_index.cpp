@@ -1,3 +1,5 @@
+#include "storage/part_index.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,12 +11,11 @@
 #include <vector>
 
 #include "core/angle.hpp"
+#include "core/output_file.hpp"
 #include "core/utc_text.hpp"
-#include "products/cloud_split.hpp"
-#include "products/text_file.hpp"
 #include "storage/proj_context.hpp"
 
-namespace hueline::products {
+namespace hueline::storage {
 namespace {
 
 using Place = std::array<double, 2>;  // longitude and latitude, deg
@@ -62,28 +63,28 @@ std::string text_of(const Ring& ring) {
 class ToGeographic {
  public:
   explicit ToGeographic(const std::string& wkt) {
-    const storage::ProjObject crs(proj_create(context_.get(), wkt.c_str()));
+    const ProjObject crs(proj_create(context_.get(), wkt.c_str()));
     if (!crs) return;
-    const storage::ProjObject flat = storage::horizontal_part(context_.get(), crs.get());
+    const ProjObject flat = horizontal_part(context_.get(), crs.get());
     const PJ_TYPE type = flat ? proj_get_type(flat.get()) : PJ_TYPE_UNKNOWN;
     // Of a CRS of another kind, x and y are no places on a map: geocentric coordinates, or those of a building site.
     if (type != PJ_TYPE_PROJECTED_CRS && type != PJ_TYPE_GEOGRAPHIC_2D_CRS && type != PJ_TYPE_GEOGRAPHIC_3D_CRS &&
         type != PJ_TYPE_BOUND_CRS)
       return;
-    const storage::ProjObject datum(flat ? proj_crs_get_geodetic_crs(context_.get(), flat.get()) : nullptr);
+    const ProjObject datum(flat ? proj_crs_get_geodetic_crs(context_.get(), flat.get()) : nullptr);
     if (!datum) return;
-    const storage::ProjObject operation(
+    const ProjObject operation(
         proj_create_crs_to_crs_from_pj(context_.get(), flat.get(), datum.get(), nullptr, nullptr));
     if (!operation) return;
     operation_.reset(proj_normalize_for_visualization(context_.get(), operation.get()));
     // Some count from another meridian than that of Greenwich, and in grads: the French ones from Paris.
     double unit = 0;
-    const storage::ProjObject axes(proj_crs_get_coordinate_system(context_.get(), datum.get()));
+    const ProjObject axes(proj_crs_get_coordinate_system(context_.get(), datum.get()));
     if (axes && proj_cs_get_axis_info(context_.get(), axes.get(), 0, nullptr, nullptr, nullptr, &unit, nullptr, nullptr,
                                       nullptr) != 0)
       degrees_ = unit * kDegPerRad;
     double meridian = 0;
-    const storage::ProjObject prime(proj_get_prime_meridian(context_.get(), datum.get()));
+    const ProjObject prime(proj_get_prime_meridian(context_.get(), datum.get()));
     if (prime && proj_prime_meridian_get_parameters(context_.get(), prime.get(), &meridian, &unit, nullptr) != 0)
       meridian_ = meridian * unit * kDegPerRad;
   }
@@ -95,8 +96,8 @@ class ToGeographic {
   }
 
  private:
-  storage::ProjContext context_;
-  storage::ProjObject operation_;
+  ProjContext context_;
+  ProjObject operation_;
   double degrees_ = 1, meridian_ = 0;  // of a unit of the CRS's angles; east of Greenwich
 };
 
@@ -104,16 +105,14 @@ class ToGeographic {
 
 Result<std::size_t> write_part_index(const std::filesystem::path& path, const std::vector<CloudPart>& parts,
                                      const std::string& wkt) {
-  auto file = TextFile::create(path);
-  if (!file) return file.error();
   const ToGeographic to_geographic(wkt);
   if (Status database = to_geographic.database(); !database.ok()) return database.error();
-  file->add("{\"type\":\"FeatureCollection\",\"features\":[");
+  std::string text = "{\"type\":\"FeatureCollection\",\"features\":[";
   std::size_t without = 0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const CloudPart& part = parts[i];
-    file->add(i == 0 ? "\n" : ",\n");
-    file->add("{\"type\":\"Feature\",\"geometry\":");
+    text += i == 0 ? "\n" : ",\n";
+    text += "{\"type\":\"Feature\",\"geometry\":";
     const auto& [low, high] = std::pair(part.minimum, part.maximum);
     Ring ring;
     if (to_geographic)
@@ -124,29 +123,29 @@ Result<std::size_t> write_part_index(const std::filesystem::path& path, const st
     if (!ring.empty() && std::ranges::all_of(ring, is_place)) {
       const std::vector<Ring> rings = cut_at_date_line(std::move(ring));
       if (rings.size() == 1)
-        file->add(fmt::format("{{\"type\":\"Polygon\",\"coordinates\":{}}}", text_of(rings[0])));
+        text += fmt::format("{{\"type\":\"Polygon\",\"coordinates\":{}}}", text_of(rings[0]));
       else
-        file->add(
-            fmt::format("{{\"type\":\"MultiPolygon\",\"coordinates\":[{},{}]}}", text_of(rings[0]), text_of(rings[1])));
+        text +=
+            fmt::format("{{\"type\":\"MultiPolygon\",\"coordinates\":[{},{}]}}", text_of(rings[0]), text_of(rings[1]));
     } else {
       ++without;
-      file->add("null");
+      text += "null";
     }
-    file->add(fmt::format(
+    text += fmt::format(
         ",\"properties\":{{\"file\":\"{}\",\"points\":{},\"bytes\":{},\"minimum\":[{:.3f},{:.3f},{:.3f}],\"maximum\":"
         "[{:.3f},{:.3f},{:.3f}]",
-        part.file.string(), part.points, part.bytes, low[0], low[1], low[2], high[0], high[1], high[2]));
-    if (part.strip > 0) file->add(fmt::format(",\"point_source_id\":{}", part.strip));
+        part.file.string(), part.points, part.bytes, low[0], low[1], low[2], high[0], high[1], high[2]);
+    if (part.strip > 0) text += fmt::format(",\"point_source_id\":{}", part.strip);
     if (part.first != GpsTime{})
-      file->add(fmt::format(",\"first_utc\":\"{}\",\"last_utc\":\"{}\",\"first_gps_s\":{:.6f},\"last_gps_s\":{:.6f}",
-                            utc_text(part.first), utc_text(part.last),
-                            static_cast<double>(count_ns(part.first) / 1000) * 1e-6,
-                            static_cast<double>(count_ns(part.last) / 1000) * 1e-6));
-    file->add("}}");
+      text += fmt::format(",\"first_utc\":\"{}\",\"last_utc\":\"{}\",\"first_gps_s\":{:.6f},\"last_gps_s\":{:.6f}",
+                          utc_text(part.first), utc_text(part.last),
+                          static_cast<double>(count_ns(part.first) / 1000) * 1e-6,
+                          static_cast<double>(count_ns(part.last) / 1000) * 1e-6);
+    text += "}}";
   }
-  file->add("\n]}\n");
-  if (Status closed = file->close(); !closed.ok()) return closed.error();
+  text += "\n]}\n";
+  if (Status written = write_output(path, text); !written.ok()) return written.error();
   return without;
 }
 
-}  // namespace hueline::products
+}  // namespace hueline::storage
