@@ -100,6 +100,16 @@ void read_recording(CatalogueEntry& entry, const std::string& rig) {
   }
 }
 
+/// Returns the names of what a replay may have written into a drive's folder.
+std::vector<std::string> product_files(const fs::path& folder) {
+  std::vector<std::string> out{"cloud.copc.laz", "cloud.las",    "cloud.laz", "report.html",
+                               "report.pdf",     "summary.json", "view.mcap"};
+  std::error_code failed;
+  for (fs::directory_iterator at(folder / "parts", failed), end; !failed && at != end; at.increment(failed))
+    if (at->is_regular_file()) out.push_back("parts/" + at->path().filename().string());
+  return out;
+}
+
 }  // namespace
 
 CatalogueEntry entry_of(const FleetPlan& plan, const FleetTask& task) {
@@ -150,8 +160,7 @@ CatalogueEntry entry_of(const std::string& drive) {
     entry.name = folder.filename().string();
     entry.results = folder.string();
     read_summary(entry, folder);
-    for (const char* file :
-         {"cloud.copc.laz", "cloud.las", "cloud.laz", "report.html", "report.pdf", "summary.json", "view.mcap"}) {
+    for (const std::string& file : product_files(folder)) {
       if (!holds(folder, file)) continue;
       const auto opened = InputFile::open(folder / file);
       auto hash = sha256_of(folder / file);

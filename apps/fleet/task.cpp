@@ -139,14 +139,14 @@ std::string last_words(const fs::path& log, bool is_whole) {
   return printable(text);
 }
 
-/// Describes every file of the folder.
+/// Describes every file of the folder, and of the folder of the cloud's parts in it.
 Status describe_products(const fs::path& folder, std::map<std::string, FleetProduct>& products) {
   std::error_code failed;
-  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+  for (fs::recursive_directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
     if (!at->is_regular_file()) continue;
     auto hash = sha256_of(at->path());
     if (!hash.ok()) return hash.error();
-    products[at->path().filename().string()] = {at->file_size(), std::move(*hash)};
+    products[at->path().lexically_relative(folder).string()] = {at->file_size(), std::move(*hash)};
   }
   if (failed) return io_error("list " + folder.string(), failed.value());
   return {};
