@@ -27,7 +27,8 @@ An input may be an object of a storage, s3://BUCKET/KEY: AWS_ACCESS_KEY_ID and t
 which storage.
 
 The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
-summary.json, and report.html and report.pdf with the verdict.
+summary.json, and report.html and report.pdf with the verdict; with the rig's `cloud: {split: tile:100m}` also the
+folder parts with strips or tiles of the cloud.
 
 Exit status:
   0  the work is done

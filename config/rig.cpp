@@ -88,9 +88,14 @@ struct SensorKeys {
   }
 };
 
+const TextForm kSplit{"time:60s, distance:500m or tile:100m, with a size from 0.1 to 1000000",
+                      [](const std::string& text) { return storage::CloudSplit::parse(text).ok(); },
+                      "^(time:[0-9.]+s?|(distance|tile):[0-9.]+m?)$"};
+
 struct CloudKeys {
   storage::MapConfig map{};
   storage::CloudFormat format = storage::CloudFormat::Las;
+  std::string split{};
 
   void visit(Keys& keys) {
     keys.choice(
@@ -101,6 +106,15 @@ struct CloudKeys {
          "of a core for that, and its points do not stand in the order of the drive."},
         format,
         {{"las", storage::CloudFormat::Las}, {"laz", storage::CloudFormat::Laz}, {"copc", storage::CloudFormat::Copc}});
+    keys.text(
+        {"split", "",
+         "Parts of the cloud that are written beside it while the vehicle drives, as LAZ files in the folder `parts`: "
+         "strips of the drive by seconds of GPS time or metres of the path, or square tiles of the map. They are the "
+         "files that `hueline export --split` makes of a cloud whose points stand in the order of the drive, and take "
+         "the space of `cloud.laz`, up to 170 MB of memory and the time of two thirds of a processor core for a "
+         "million points a second.",
+         "none"},
+        split, kSplit);
     map.visit(keys);
   }
   KeyError validate() const { return map.validate(); }
@@ -128,7 +142,8 @@ struct RigKeys {
         head);
     keys.section(required("colouring", "", "How points get their colour."), rig.colouring);
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
-    keys.section({"cloud", "", "The file of the coloured points."}, cloud);
+    keys.section({"cloud", "", "The file of the coloured points, and the parts of it that are written beside it."},
+                 cloud);
     keys.section(
         {"recording", "", "How the recording is split into files, what of it is kept, and how images are stored."},
         rig.recording);
@@ -156,6 +171,7 @@ struct RigKeys {
   KeyError complete() {
     rig.map = cloud.map;
     rig.cloud_format = cloud.format;
+    if (!cloud.split.empty()) rig.cloud_split = storage::CloudSplit::parse(cloud.split).value();
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       SensorKeys& one = sensors[i];
       one.sensor.id = static_cast<SensorId>(i + 1);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "fusion/colouring.hpp"
 #include "fusion/rig_geometry.hpp"
 #include "storage/cloud_format.hpp"
+#include "storage/cloud_split.hpp"
 #include "storage/map_config.hpp"
 #include "storage/recording_config.hpp"
 #include "sync/synchroniser.hpp"
@@ -45,6 +47,7 @@ struct Rig {
   double end_within_s = 0;             ///< the end of a drive is cut off after this long; 0: never
   storage::MapConfig map;              ///< of the cloud
   storage::CloudFormat cloud_format = storage::CloudFormat::Las;
+  std::optional<storage::CloudSplit> cloud_split{};  ///< the parts that are written beside the cloud; empty: none
 
   storage::RecordingConfig recording;
 

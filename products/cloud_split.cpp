@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <string>
@@ -57,13 +55,8 @@ Status count_tiles(LasReader& reader, double edge) {
   std::set<std::pair<std::int64_t, std::int64_t>> tiles;
   const Result<bool> read = for_each_piece(reader, [&](const std::vector<LasPoint>& points) -> Status {
     for (const LasPoint& point : points) {
-      std::array<std::int32_t, 2> steps;
-      std::memcpy(steps.data(), point.record.data(), sizeof steps);
-      const auto tile_of = [&](std::size_t axis) {
-        return static_cast<std::int64_t>(
-            std::floor((header.offset[axis] + header.scale[axis] * steps[axis]) / edge));
-      };
-      tiles.emplace(tile_of(0), tile_of(1));
+      tiles.emplace(static_cast<std::int64_t>(std::floor(point.x / edge)),
+                    static_cast<std::int64_t>(std::floor(point.y / edge)));
       if (tiles.size() > CloudParts::kMostTiles)
         return Error{ErrorCode::Invalid,
                      fmt::format("there would be more than {} tiles: give a greater size", CloudParts::kMostTiles)};

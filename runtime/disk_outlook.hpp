@@ -8,10 +8,12 @@
 
 namespace hueline::runtime {
 
-/// Returns what a point of the cloud's file takes on the disk, bytes: the size of its record in cloud.las
-/// (las_fields.hpp), or two fifths of it if it is compressed, which is what drives take in the mean (docs/formats.md).
-constexpr double cloud_bytes_a_point(storage::CloudFormat format) {
-  return format == storage::CloudFormat::Las ? 58 : 0.4 * 58;
+/// Returns what a point of the cloud takes on the disk, bytes: the size of its record in cloud.las (las_fields.hpp), or
+/// two fifths of it if it is compressed, which is what drives take in the mean (docs/formats.md); as much again in the
+/// cloud's parts.
+constexpr double cloud_bytes_a_point(storage::CloudFormat format, bool has_parts) {
+  constexpr double kRecord = 58, kCompressed = 0.4 * kRecord;
+  return (format == storage::CloudFormat::Las ? kRecord : kCompressed) + (has_parts ? kCompressed : 0);
 }
 
 /// Foresees how fast a disk becomes full, by how its free space has changed in the last two minutes. So everything

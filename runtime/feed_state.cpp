@@ -143,7 +143,8 @@ ordered_json StatusWriter::status(const DriveState& state, const std::optional<L
   auto& queues = out["queues"] = ordered_json::array();
   if (live) {
     const double bytes_per_s = rate(now.recorded_bytes, before.recorded_bytes, span_s);
-    const double fill = bytes_per_s + cloud_bytes_a_point(rig_.cloud_format) * rate(now.points, before.points, span_s);
+    const double fill = bytes_per_s + cloud_bytes_a_point(rig_.cloud_format, rig_.cloud_split.has_value()) *
+                                          rate(now.points, before.points, span_s);
     out["disk"] = {{"free_bytes", live->free_bytes}, {"bytes_per_s", bytes_per_s}, {"left_s", nullptr}};
     if (fill > 0) out["disk"]["left_s"] = static_cast<double>(live->free_bytes) / fill;
     for (const auto& queue : live->queues)

@@ -91,7 +91,7 @@ Health::Health(const config::Rig& rig)
       pos_(rig.sync.pos),
       pps_(rig.sync.clock.pps),
       is_self_timed_(rig.sync.self_timed),
-      point_bytes_(cloud_bytes_a_point(rig.cloud_format)) {
+      point_bytes_(cloud_bytes_a_point(rig.cloud_format, rig.cloud_split.has_value())) {
   sensors_.resize(rig.sensors.size() + 1);
   sensors_[0].name = "drive";
   for (const auto& sensor : rig.sensors) {

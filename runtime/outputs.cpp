@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -12,9 +14,17 @@
 #include "core/json_text.hpp"
 #include "runtime/report_content.hpp"
 #include "runtime/view_rig.hpp"
+#include "storage/cloud_crs.hpp"
+#include "storage/cloud_parts.hpp"
 #include "storage/las_writer.hpp"
+#include "storage/part_index.hpp"
 
 namespace hueline::runtime {
+namespace {
+
+constexpr const char* kParts = "parts";  // the folder with the parts of the cloud
+
+}  // namespace
 
 /// A line of one of the two logs of the view.
 struct Outputs::Line {
@@ -28,6 +38,12 @@ struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
   bool las_failed = false, las_closed = false;
+  std::optional<OutputFolder> parts_folder;
+  std::optional<storage::CloudParts> parts;  // of the rig's cloud.split, from the first point to the cloud's end
+  bool parts_failed = false;
+  std::optional<Summary::Parts> parts_written;
+  std::optional<storage::PathStrips> path;  // of strips by distance
+  std::size_t strips_ended = 0;             // of them, the parts know
   std::optional<storage::ViewWriter> view;  // exists after the first good solution; its frame is the cloud's origin
   bool view_failed = false;
   std::deque<Line> early;  // log lines until there are a view and a time at which to show them
@@ -44,6 +60,8 @@ Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
   files_->las_config.map = rig.map;
   files_->las_config.format = rig.cloud_format;
   files_->las_config.threads = 2;  // beside the thread that writes; LAS does not use them
+  if (rig.cloud_split && rig.cloud_split->kind == storage::CloudSplit::Kind::Distance)
+    files_->path.emplace(rig.cloud_split->size);
   files_->sensors = rig.sensor_names();
   for (const fusion::LensMount& lens : rig.geometry.head.lenses) cameras_.push_back(lens.camera);
 }
@@ -55,6 +73,8 @@ Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const s
   if (!folder.ok()) return folder.error();
   for (const char* file : {rig.cloud_file(), "view.mcap", "summary.json", "report.html", "report.pdf"})
     if (Status done = check_output(dir / file); !done.ok()) return done.error();
+  if (rig.cloud_split)
+    if (Status done = check_output_folder(dir / kParts); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
 }
 
@@ -71,7 +91,7 @@ bool Outputs::has_room() {
   const Status room = reserve_->check(dir_ / rig_.cloud_file());
   if (room.ok()) return true;
   is_reserved_ = true;
-  keep((rig_.cloud_file() + std::string(", view.mcap")).c_str(),
+  keep((rig_.cloud_file() + std::string(rig_.cloud_split ? ", parts, view.mcap" : ", view.mcap")).c_str(),
        Error{ErrorCode::Exhausted, room.error().message + ": they end here, a replay makes them whole"});
   close_cloud();  // now, because what a COPC file still needs is not small, and the recording's end comes last
   return false;
@@ -80,6 +100,66 @@ bool Outputs::has_room() {
 void Outputs::close_cloud() {
   if (files_->las && !files_->las_failed && !std::exchange(files_->las_closed, true))
     keep(rig_.cloud_file(), files_->las->close());
+  end_parts();
+}
+
+/// Begins to write the parts of the cloud, which has been created.
+void Outputs::begin_parts() {
+  const auto fail = [&](Status why) {
+    files_->parts_failed = true;
+    keep(kParts, std::move(why));
+  };
+  auto folder = OutputFolder::open(dir_ / kParts);
+  if (!folder.ok()) return fail(folder.error());
+  // What an earlier run left there is of another cloud.
+  if (Status removed = storage::remove_parts(folder->path()); !removed.ok()) return fail(std::move(removed));
+  const storage::LasWriter& las = *files_->las;
+  const auto unit = storage::crs_unit(las.projection().operation().wkt());
+  if (!unit.ok()) return fail(unit.error());
+  storage::CloudParts::Config config;
+  config.split = *rig_.cloud_split;
+  config.tile_edge = config.split.size / unit->metres;
+  config.header = las.header();
+  config.records = las.records();
+  config.threads = files_->las_config.threads;
+  auto parts = storage::CloudParts::create(folder->path(), std::move(config));
+  if (!parts.ok()) return fail(parts.error());
+  files_->parts_folder.emplace(std::move(*folder));
+  files_->parts.emplace(std::move(*parts));
+  files_->las->also_give([this](storage::ByteView records) { add_to_parts(records); });
+}
+
+void Outputs::add_to_parts(storage::ByteView records) {
+  if (!files_->parts || files_->parts_failed) return;
+  if (files_->path)
+    for (const auto& ends = files_->path->ends(); files_->strips_ended < ends.size(); ++files_->strips_ended)
+      files_->parts->end_strip(ends[files_->strips_ended]);
+  if (Status added = files_->parts->add(records); !added.ok()) {
+    files_->parts_failed = true;
+    keep(kParts, std::move(added));
+  }
+}
+
+/// Finishes the parts, after the cloud, and writes their index.
+void Outputs::end_parts() {
+  if (!files_->parts) return;
+  storage::CloudParts parts = std::move(*files_->parts);
+  files_->parts.reset();
+  Status finished = parts.finish();
+  if (finished.ok()) {
+    const auto indexed = storage::write_part_index(dir_ / kParts / storage::kPartIndex, parts.parts(),
+                                                   files_->las->projection().operation().wkt());
+    if (!indexed.ok()) finished = indexed.error();
+  }
+  if (!files_->parts_failed) keep(kParts, std::move(finished));  // it was told otherwise
+  Summary::Parts& written = files_->parts_written.emplace();
+  written.split = rig_.cloud_split->text();
+  written.folder = kParts;
+  written.files = parts.parts().size();
+  for (const storage::CloudPart& part : parts.parts()) {
+    written.points += part.points;
+    written.bytes += part.bytes;
+  }
 }
 
 template <class Append>
@@ -130,6 +210,7 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
       return;
     }
     files_->las.emplace(std::move(*las));
+    if (rig_.cloud_split) begin_parts();
     const storage::MapOperation& map = files_->las->projection().operation();
     summary_.on_map({map.crs(), map.name(), map.words()});
   }
@@ -147,6 +228,10 @@ void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
   map_.on_solution(solution);
   newest_ = solution.time;
+  if (files_->path && solution.is_good) {
+    const Eigen::Vector3d place = to_ecef(solution.position).xyz;
+    files_->path->add(solution.time, {place.x(), place.y(), place.z()});
+  }
   if (files_->view)
     for (auto early = std::exchange(files_->early, {}); auto& line : early) log(std::move(line));
   view([&](auto& out) { return out.append(solution); });
@@ -199,6 +284,14 @@ Status Outputs::finish(const Health* health) {
                           summary_.points() - (counts.written + counts.refused));
   } else if (files_->las_failed) {
     summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
+  }
+  if (auto& parts = files_->parts_written) {
+    parts->missing = summary_.points() - counts.refused - parts->points;
+    summary_.on_parts(std::move(*parts));
+  } else {
+    keep(kParts, storage::remove_parts(dir_ / kParts));
+    std::error_code error;
+    std::filesystem::remove(dir_ / kParts, error);  // only if it is empty
   }
   // If this run has no content for a file, the content of an earlier run must not stay there.
   for (const char* file : storage::kCloudFiles) {

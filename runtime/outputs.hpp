@@ -14,11 +14,12 @@
 #include "runtime/drive_map.hpp"
 #include "runtime/products.hpp"
 #include "runtime/summary.hpp"
+#include "storage/byte_order.hpp"
 #include "storage/view_writer.hpp"
 
 namespace hueline::runtime {
 
-/// Writes everything in a drive's folder besides the raw recording: the cloud, view.mcap, summary.json,
+/// Writes everything in a drive's folder besides the raw recording: the cloud and its parts, view.mcap, summary.json,
 /// report.html and report.pdf. Capture and replay use the same class. A write that fails is reported once and ends that
 /// file; the other files continue. Thread safety: none; the pipeline's thread calls all functions.
 class Outputs : public ProductSink {
@@ -63,6 +64,9 @@ class Outputs : public ProductSink {
   void keep(const char* file, Status done);
   bool has_room();
   void close_cloud();
+  void begin_parts();
+  void add_to_parts(storage::ByteView records);
+  void end_parts();
   struct Line;
   void log(Line line);
   template <class Append>

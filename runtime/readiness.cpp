@@ -182,7 +182,8 @@ std::vector<Finding> check_host(const config::Rig& rig, const HostFacts& facts, 
   if (has_camera && !facts.has_guest)
     out.push_back({true, "computer", "hueline-guest is missing beside the program: no camera can be read",
                    "install it beside hueline"});
-  const double rate = facts.recorded_bytes_per_s + cloud_bytes_a_point(rig.cloud_format) * facts.points_per_s;
+  const double rate = facts.recorded_bytes_per_s +
+                      cloud_bytes_a_point(rig.cloud_format, rig.cloud_split.has_value()) * facts.points_per_s;
   if (facts.free_bytes >= 0 && rate > 0) {
     const double room_h = std::max(0.0, static_cast<double>(facts.free_bytes) - 64e6) / rate / 3600;
     if (room_h < hours)

@@ -128,6 +128,9 @@ std::vector<ReportContent::Figure> figures(const config::Rig& rig, const Summary
   const auto measured = static_cast<std::size_t>(std::ranges::count_if(map.seconds(), has_points));
   row("Coverage",
       fmt::format("{} points in {} s; {} s without points", summary.points(), measured, end - begin - measured));
+  if (const auto& parts = summary.parts())
+    row("Parts of the cloud", fmt::format("{} files of {}, {} points{}", parts->files, parts->split, parts->points,
+                                          parts->missing > 0 ? fmt::format("; {} are missing", parts->missing) : ""));
   row("Placed", fmt::format("{:.2f} % of the returns", 100 * summary.placed_share()),
       fmt::format("{:.1f} %", 100 * rig.health.placed_share));
   if (!rig.sync.cameras.empty())

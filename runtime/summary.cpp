@@ -371,6 +371,14 @@ nlohmann::ordered_json Summary::json() const {
                       {"time_sigma_rms_us", exposure_sigma_.rms_us()},
                       {"time_sigma_largest_us", exposure_sigma_.largest_us}};
   if (map_) out["map"] = {{"crs", map_->crs}, {"name", map_->name}, {"positions", map_->words}};
+  if (parts_) {
+    out["parts"] = {{"split", parts_->split},
+                    {"folder", parts_->folder},
+                    {"files", parts_->files},
+                    {"points", parts_->points},
+                    {"bytes", parts_->bytes}};
+    if (parts_->missing > 0) out["parts"]["missing"] = parts_->missing;
+  }
   if (trajectory_) out["trajectory"] = trajectory_->json();
   if (watch_) out["watch"] = watch_json();
   for (const Wheels& wheels : wheels_) out["wheels"].push_back(wheels_json(wheels));
@@ -420,6 +428,12 @@ std::string Summary::text() const {
       exposures_, exposures_by_timing_[0], exposures_by_timing_[1], exposures_by_timing_[2], incomplete_images_,
       exposure_sigma_.rms_us(), exposure_sigma_.largest_us);
   if (map_) out += fmt::format("map        {}, {}; positions {}\n", map_->crs, map_->name, map_->words);
+  if (parts_) {
+    out += fmt::format("parts      {} files of {} in the folder {}: {} points, {:.1f} MB\n", parts_->files,
+                       parts_->split, parts_->folder, parts_->points, static_cast<double>(parts_->bytes) / 1e6);
+    if (parts_->missing > 0)
+      out += fmt::format("           {} points are not in them: a replay makes them whole\n", parts_->missing);
+  }
   if (trajectory_) out += trajectory_->text();
   if (watch_) out += watch_text();
   for (const Wheels& wheels : wheels_)

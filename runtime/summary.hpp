@@ -48,6 +48,15 @@ class Summary : public ProductSink {
     std::string words;  ///< what was done to the POS's positions
   };
   void on_map(Map map) { map_ = std::move(map); }
+  /// The parts of the cloud that were written beside it.
+  struct Parts {
+    std::string split;   ///< as the rig names it: "tile:100m"
+    std::string folder;  ///< in the drive's folder
+    std::uint64_t files = 0, points = 0, bytes = 0;
+    std::uint64_t missing = 0;  ///< points of the drive on the map that they do not hold
+  };
+  void on_parts(Parts parts) { parts_ = std::move(parts); }
+  const std::optional<Parts>& parts() const { return parts_; }
   /// Sets what a ring has removed of the recording, as the recording itself says.
   void on_removed(const storage::RemovedSegments& removed) { removed_ = removed; }
   /// Sets how the post-processed trajectory differs from the POS's solutions that it replaces.
@@ -127,6 +136,7 @@ class Summary : public ProductSink {
   std::optional<WatchReport> watch_;  // empty: nothing was watched
   storage::RemovedSegments removed_;
   std::optional<Map> map_;                          // empty: there is no cloud
+  std::optional<Parts> parts_;                      // empty: there are none
   std::optional<TrajectoryComparison> trajectory_;  // empty: the POS's solutions were used
   std::uint64_t points_ = 0, packets_ = 0, bytes_ = 0, gaps_ = 0, next_sequence_ = 0;
   std::array<std::uint64_t, kColourStates> by_state_{};

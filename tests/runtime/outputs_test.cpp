@@ -136,5 +136,89 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 
+/// A rig whose cloud is also written in parts.
+config::Rig rig_with_parts(const std::string& split) {
+  return config::parse_rig(
+      "rig: r\nsensors:\n  - {name: pps, driver: pps, device: /dev/pps0}\n"
+      "  - {name: pos, driver: novatel, tcp: {host: h, port: 3001}, logs: {}}\ncolouring: {method: lens}\n"
+      "cloud: {split: '" +
+          split + "'}\n",
+      "rig");
+}
+
+/// A point at that time, so many metres east of the origin.
+CloudBlock point_at(double seconds, double east_m) {
+  CloudBlock block{solution(100).position, std::vector<ColouredPoint>(1)};
+  block.points[0].time = solution(seconds).time;
+  block.points[0].east = east_m;
+  return block;
+}
+
+TEST(Outputs, StripsByDistanceEndWhereTheVehicleHasDrivenSoFar) {
+  Folder folder;
+  auto outputs =
+      Outputs::create(rig_with_parts("distance:100m"), folder.path, [](const auto& said) { FAIL() << said; });
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.on_origin(solution(100).position);
+  const fusion::Trajectory path({});
+  for (int s = 0; s <= 25; ++s) {  // 10 m/s to the north
+    InsSolution here = solution(100 + s);
+    here.position.latitude += 10 * s / 6.37e6;
+    out.on_solution(here);
+    if (s > 0) out.on_cloud(point_at(100 + s - 0.5, 0), path);
+  }
+  ASSERT_TRUE(out.finish().ok());
+  const auto& parts = out.summary().parts();
+  ASSERT_TRUE(parts);
+  EXPECT_EQ(parts->files, 3u);
+  EXPECT_EQ(parts->points, 25u);
+  EXPECT_EQ(parts->missing, 0u);
+  EXPECT_TRUE(std::filesystem::exists(folder.path / "parts" / "index.geojson"));
+  std::uint64_t points = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path / "parts")) {
+    if (entry.path().extension() != ".laz") continue;
+    auto reader = storage::LasReader::open(entry.path());
+    ASSERT_TRUE(reader.ok());
+    points += reader->header().point_count;
+    if (reader->header().file_source_id == 2) {
+      EXPECT_EQ(reader->header().point_count, 10u);
+    }
+  }
+  EXPECT_EQ(points, 25u);
+  // The next run into the same folder has none.
+  outputs->reset();
+  auto again = Outputs::create(rig(), folder.path, [](const auto& said) { FAIL() << said; });
+  ASSERT_TRUE(again.ok() && (*again)->finish().ok());
+  EXPECT_FALSE(std::filesystem::exists(folder.path / "parts"));
+}
+
+TEST(Outputs, PartsLeaveTheDisksLastSpaceToTheRecordingToo) {
+  Folder folder;
+  DiskWith disk;
+  std::ofstream(folder.path / "drive.mcap").put('x');
+  DiskReserve reserve(folder.path / "drive.mcap", disk);
+  std::vector<std::string> told;
+  auto outputs =
+      Outputs::create(rig_with_parts("tile:10m"), folder.path, [&](const auto& said) { told.push_back(said); });
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.keep(reserve);
+  out.on_origin(solution(100).position);
+  const fusion::Trajectory path({});
+  for (int i = 0; i < 4; ++i) {
+    if (i == 2) disk.left = 1000;
+    out.on_cloud(point_at(101 + i, 20.0 * i), path);
+  }
+  disk.left = INT64_MAX;
+  EXPECT_FALSE(out.finish().ok());
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].find("cloud.las, parts, view.mcap"), std::string::npos) << told[0];
+  EXPECT_EQ(out.summary().parts()->files, 2u);
+  EXPECT_EQ(out.summary().parts()->missing, 2u);
+  const std::string said = out.summary().text();
+  EXPECT_NE(said.find("2 points are not in them: a replay makes them whole"), std::string::npos) << said;
+}
+
 }  // namespace
 }  // namespace hueline::runtime

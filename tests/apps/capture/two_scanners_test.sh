@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Two profile scanners and a camera of JPEG planes send on real sockets. The points of both scanners come and are coloured, nothing is
-# lost, and a replay gives the same bytes.
+# lost, and a replay gives the same bytes, also of the strips that are written beside the cloud.
 # usage: two_scanners_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 scenario=$2/tests/scenarios/two_scanners.yaml second=$2/tests/scenarios/two_scanners_second.yaml
@@ -11,6 +11,8 @@ vehicle="--beside $second --pps-socket $work/pps.sock --data-port 42468 --positi
 fail() { echo "FAILED: $*"; cat devices.txt said.txt 2>/dev/null; exit 1; }
 
 $hueline simulate "$scenario" --out sim --write-rig rig.yaml $vehicle >devices.txt 2>&1 || fail "rendering"
+sed -i 's/^cloud:/cloud:\n  split: time:0.5s/' rig.yaml
+grep -q "split: time:0.5s" rig.yaml || fail "the rig has no cloud"
 $hueline simulate "$scenario" --out sim --play $vehicle >devices.txt 2>&1 &
 devices=$!
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet >said.txt 2>&1 || fail "capture"
@@ -23,6 +25,10 @@ grep -q "^camera     11 packets" said.txt || fail "images"
 $hueline replay drive/drive.mcap --out again --threads 2 >/dev/null
 cmp drive/cloud.las again/cloud.las || fail "the replay's points are not the live run's"
 cmp drive/view.mcap again/view.mcap || fail "the replay's view is not the live run's"
+# So are the strips, which are those of an export after the drive.
+$hueline export drive --split time:0.5s --out strips >/dev/null
+[ "$(ls drive/parts/strip_*.laz | wc -l)" -gt 3 ] || fail "strips"
+diff -r drive/parts again/parts && diff -r drive/parts strips || fail "the strips of the live run are not those of the replay and of the export"
 share=$(sed -nE 's/^points +[0-9]+, ([0-9]+)\.[0-9] % coloured.*/\1/p' said.txt)
 [ "$share" -ge 75 ] || fail "$share % coloured"
 
