@@ -81,6 +81,8 @@ class KernelFile final : public DiskFile {
     if (behind_) behind_->forget();
     is_unsettled_ = false;
     if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) return -errno;
+    // Where it is not known to be a regular file, appends go to the descriptor's own position.
+    if (!is_regular_ && ::lseek(fd_, static_cast<off_t>(size), SEEK_SET) < 0) return -errno;
     end_ = size;
     return 0;
   }
