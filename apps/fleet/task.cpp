@@ -63,6 +63,10 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? printable(name.data()) : "?";
 }
 
+bool stays_in_its_folder(const fs::path& file) {
+  return !file.empty() && file.is_relative() && file.lexically_normal() == file && *file.begin() != "..";
+}
+
 /// Reads a result.json. Returns nothing if it is none.
 std::optional<TaskResult> result_of(const Json& root) {
   TaskResult out;
@@ -78,7 +82,7 @@ std::optional<TaskResult> result_of(const Json& root) {
   if (products == root.end() || !products->is_object()) return out;
   for (const auto& [file, product] : products->items()) {
     const auto bytes = product.find("bytes");
-    if (fs::path(file).filename() != file || bytes == product.end() || !bytes->is_number_unsigned()) return {};
+    if (!stays_in_its_folder(file) || bytes == product.end() || !bytes->is_number_unsigned()) return {};
     out.products[file] = {bytes->get<std::uint64_t>(), text_at(product, "/sha256")};
   }
   return out;

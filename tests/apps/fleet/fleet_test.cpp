@@ -318,6 +318,33 @@ TEST_F(Fleet, TaskIsDoneOnce) {
   EXPECT_EQ(again->json({}), result->json({}));
 }
 
+TEST_F(Fleet, PartsOfACloudAreProductsInAFolderOfTheirOwn) {
+  add_drive("one", "bytes");
+  const FleetPlan made = plan();
+  const Replayer with_parts = [this](const std::vector<std::string>& words, const fs::path& log,
+                                     const std::stop_token& stop) {
+    fs::create_directories(fs::path(words.at(2)) / "parts");
+    write_file(fs::path(words.at(2)) / "parts/tile_0_0_100m.laz", "tile");
+    return copier()(words, log, stop);
+  };
+  ASSERT_TRUE(do_first(made, with_parts).ok());
+  const fs::path tile = made.results() / "one/parts/tile_0_0_100m.laz";
+  const auto result = finished_result(made, made.tasks[0], Check::Digests);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->products.at("parts/tile_0_0_100m.laz").sha256, *sha256_of(tile));
+  write_file(tile, "tilE");
+  EXPECT_FALSE(finished_result(made, made.tasks[0], Check::Digests));
+  // A name that leads out of the folder is no product.
+  ASSERT_TRUE(do_first(made, with_parts).ok());
+  const fs::path json = made.results() / "one/result.json";
+  std::string text = contents(json);
+  const std::string name = "parts/tile_0_0_100m.laz";
+  ASSERT_NE(text.find(name), std::string::npos);
+  write_file(made.results() / "tile_0_0_100m.laz", "tile");
+  write_file(json, text.replace(text.find(name), name.size(), "../tile_0_0_100m.laz"));
+  EXPECT_FALSE(finished_result(made, made.tasks[0], Check::Digests));
+}
+
 TEST_F(Fleet, TaskIsDoneAgainIfItsResultsAreNotWhatWasWritten) {
   add_drive("one", "bytes");
   const FleetPlan made = plan();
