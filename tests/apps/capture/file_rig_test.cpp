@@ -471,8 +471,8 @@ TEST(FileRig, ALadybugsStreamFileColoursThePoints) {
     const Ran replay = run({"replay", dir / out / "drive.mcap", "--out", dir / "again"});
     EXPECT_EQ(replay.status, 8) << replay.said;
     // Of an earlier, longer run; behind a gap are the files of something else.
-    for (const char* number : {"000000", "000001", "000002", "000004"})
-      write_file(dir / fmt::format("out-{}.pgr", number), "earlier");
+    for (const char* file_number : {"000000", "000001", "000002", "000004"})
+      write_file(dir / fmt::format("out-{}.pgr", file_number), "earlier");
     const Ran extract = run({"extract", dir / out, "--sensor", "camera", "--out", dir / "out-000000.pgr"});
     EXPECT_EQ(extract.status, 0) << extract.said;
     EXPECT_THAT(extract.said, HasSubstr("out-000001.pgr to before out-000003.pgr, of an earlier and longer run, were "
