@@ -126,9 +126,6 @@ TEST(Windows, ExposuresThatCannotBeTrustedAreNeverUsed) {
 }
 
 TEST(LostLens, CostsItsOwnPixelsAlone) {
-  // A point that something may hide, or whose line no beam watched, has no better quality. Its exposure is chosen by
-  // all images, the lost one too.
-  constexpr int kDoubtful = 179;
   TestDrive test;
   const LensMount& lost = test.rig.head.lenses[1];
   test.alter = [&](Exposure& e) {
@@ -146,7 +143,8 @@ TEST(LostLens, CostsItsOwnPixelsAlone) {
       ++concerned;
       EXPECT_FALSE(p.exposure == 3 && p.lens == 1);
       by_another += p.state == ColourState::Direct || p.state == ColourState::Neighbour;
-    } else if (w.state == ColourState::Direct && w.quality > kDoubtful) {
+    } else if (w.state == ColourState::Direct && !whole.judged.contains(i)) {
+      // The exposure of one that was judged is chosen by all images, the lost one too.
       ++others;
       EXPECT_TRUE(p.exposure == w.exposure && p.lens == w.lens && p.red == w.red && p.green == w.green &&
                   p.blue == w.blue);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <span>
 #include <utility>
 
 namespace hueline::test {
@@ -35,6 +36,9 @@ Outcome run(const TestDrive& test) {
     outcome.origin = block.origin;
     wait(block, outcome.longest_wait_s);
     outcome.points.insert(outcome.points.end(), block.points.begin(), block.points.end());
+  });
+  colouring.set_sight_sink([&](const CloudBlock&, std::span<const JudgedSight> sights) {
+    for (const JudgedSight& sight : sights) outcome.judged.insert(outcome.points.size() + sight.point);
   });
   if (test.is_provisional)
     colouring.set_provisional_sink([&](const CloudBlock& block) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <vector>
 
 #include "fusion/colouring.hpp"
@@ -39,6 +40,7 @@ struct TestDrive {
 struct Outcome {
   std::vector<ColouredPoint> points;
   std::vector<ColouredPoint> provisional;
+  std::set<std::size_t> judged;  ///< indices of the points whose lines of sight were judged
   double longest_wait_s = 0, longest_provisional_wait_s = 0;  ///< from a point's firing until it came out, if coloured
   Geodetic origin;
   fusion::ColouringCounts counts;

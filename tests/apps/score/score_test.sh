@@ -18,10 +18,20 @@ grep -q 'deterministic: short with 2 and 1 threads gave the same' said.txt || { 
 grep -q '"unexplained_bytes": 0.0' one/score.json || { cat one/score.json; fail "bytes are unexplained"; }
 ! grep -q 'https\?://' one/score.html || fail "the page asks for something from elsewhere"
 
-want 0 "$hueline" score --sheet ./sheet.yaml --out two --cache one/drives --threads 1 --against one/score.json
+want 0 "$hueline" score --sheet ./sheet.yaml --out two --cache one/drives --threads 1 --against one/score.json --sights sights
 # The text must be the same, except for wall-clock figures.
 for run in one two; do grep -v 'realtime_factor\|points_per_second' $run/score.json >$run.txt; done
 cmp one.txt two.txt || fail "a second run gave other figures"
+
+# The judged lines of sight with their truth, and trees that are fitted to them.
+[ "$(head -1 sights/short.csv)" = "point,seen,Parallax,Surface,Nearest,Glance,Agreement" ] || fail "the table of lines of sight: $(head -1 sights/short.csv)"
+[ "$(grep -cE '^[0-9]+,[01](,[-+.0-9e]+){5}$' sights/short.csv)" -gt 100 ] || fail "few lines of sight: $(wc -l <sights/short.csv)"
+fit=$(dirname "$hueline")/fit_sights
+want 2 "$fit" sights/short.csv
+want 3 "$fit" sights/short.csv one/score.json
+"$fit" sights/short.csv sights/short.csv >trees.hpp 2>said.txt || { cat said.txt; fail "no trees"; }
+[ "$(grep -o 'Evidence::' trees.hpp | wc -l)" = 96 ] || { cat trees.hpp; fail "not 24 trees of four questions"; }
+grep -q '^all: ' said.txt || { cat said.txt; fail "how well they tell is not said"; }
 
 sed 's/"coloured_share": 0\.[0-9]*/"coloured_share": 0.999/' one/score.json >better.json
 want 6 "$hueline" score --sheet ./sheet.yaml --out three --cache one/drives --against better.json
