@@ -152,7 +152,7 @@ void Outputs::end_parts() {
     if (!indexed.ok()) finished = indexed.error();
   }
   if (!files_->parts_failed) keep(kParts, std::move(finished));  // it was told otherwise
-  Summary::Parts& written = files_->parts_written.emplace();
+  Summary::Parts written;
   written.split = rig_.cloud_split->text();
   written.folder = kParts;
   written.files = parts.parts().size();
@@ -160,6 +160,7 @@ void Outputs::end_parts() {
     written.points += part.points;
     written.bytes += part.bytes;
   }
+  files_->parts_written = std::move(written);
 }
 
 template <class Append>
