@@ -38,9 +38,9 @@ TEST(SightJudge, WhatTheScannerSawPastHidesLessTheLessItShiftsAgainstThePlace) {
 
 TEST(SightJudge, ImagesThatAgreeOutweighAClosedGap) {
   // A gap that was closed: no point in the cell itself.
-  const auto in_a_gap = [](float agreement) { return log_odds_of_sight({0.1f, 1.2f, 0, 0, agreement}); };
+  const auto in_a_gap = [](float agreement) { return log_odds_of_sight({0.1f, 2, 0, 0, agreement}); };
   EXPECT_THAT(in_a_gap(0), Lt(kSeen));
-  EXPECT_THAT(in_a_gap(2), Gt(kSeen));
+  EXPECT_THAT(in_a_gap(4), Gt(kSeen));
 }
 
 TEST(SightJudge, AsksInTheOrderOfTheTrees) {
