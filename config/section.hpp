@@ -1,8 +1,8 @@
 #pragma once
 
 #include <yaml-cpp/yaml.h>
-#include <cstdint>
 
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <stdexcept>

@@ -184,7 +184,7 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
       const LineOfSight look = line_of_sight(moment, seen, k, false, points[i].time, piece.is_provisional);
       const std::size_t at = d * most + piece.witness_count[d]++;
       piece.witnesses[at] = {{}, kTrust[static_cast<std::size_t>(look)]};
-      piece.views[at] = {piece.candidates[c], sights.at(d), look, 0, piece.found[i].is_hidden};
+      piece.views[at] = {piece.candidates[c], sights.at(d)};
       piece.view_costs[at] = piece.costs[d];
       piece.evidence[at] = evidence_of(moment, seen, k, piece.is_provisional);
       piece.group.push_back(static_cast<std::uint32_t>(at));

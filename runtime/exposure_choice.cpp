@@ -10,6 +10,7 @@
 #include "core/number_word.hpp"
 
 namespace hueline::runtime {
+
 bool ExposureChoice::has_number(std::uint32_t number) const {
   return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
            return range.first <= number && number <= range.second;

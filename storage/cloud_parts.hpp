@@ -42,6 +42,7 @@ struct CloudPart {
 /// Thread safety: none; one thread calls all functions. Threads of its own compress while it continues.
 class CloudParts {
  public:
+  /// More tiles are files that nobody opens, and most likely a wrong size.
   static constexpr std::size_t kMostTiles = 20'000;
   struct Config {
     CloudSplit split;

@@ -20,8 +20,7 @@ namespace hueline::apps {
 class PgrFile {
  public:
   /// `first` ends in a number of six digits, such as drive-000000.pgr. An existing file is replaced when the new one is
-  /// whole. Errors: Invalid, it
-  /// has no number.
+  /// whole. Errors: Invalid, it has no number.
   static Result<PgrFile> create(const std::filesystem::path& first);
 
   /// Takes the bytes of one packet: a head, an image or a GPS summary. Errors: Io.
