@@ -41,9 +41,6 @@ Result<bool> for_each_piece(LasReader& reader, const Use& use) {
   }
 }
 
-/// How the name of a part ends from which an octree is made.
-constexpr const char* kBeforeOctree = ".part.laz";
-
 /// Counts the tiles of a cloud, if its bounds leave it open whether there are too many. Errors: Invalid if there are;
 /// those of reading.
 Status count_tiles(LasReader& reader, double edge) {
@@ -64,22 +61,6 @@ Status count_tiles(LasReader& reader, double edge) {
     return {};
   });
   return read ? Status() : read.error();
-}
-
-/// Removes what a run that was killed has left of parts: NAME.laz.part, and NAME.part.laz of a part that was to become
-/// an octree. Returns the number of files.
-std::size_t remove_unfinished(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> left;
-  std::error_code error;
-  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename();
-    const bool is_ours = name.starts_with("tile_") || name.starts_with("strip_");
-    if (is_ours && (name.ends_with(".laz.part") || name.ends_with(kBeforeOctree)) && at->is_regular_file(error))
-      left.push_back(at->path());
-  }
-  std::size_t removed = 0;
-  for (const std::filesystem::path& one : left) removed += std::filesystem::remove(one, error) ? 1 : 0;
-  return removed;
 }
 
 /// Writes each part again as COPC.
@@ -111,7 +92,7 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
   config.header = reader->header();
   config.records = lasting_records(reader->records());
   config.threads = options.threads;
-  if (is_copc) config.ending = kBeforeOctree;
+  if (is_copc) config.ending = storage::kBeforeOctree;
   if (!split.is_strips()) {
     const Result<storage::CrsUnit> unit = storage::crs_unit(*reader);
     if (!unit) return unit.error();
@@ -129,7 +110,8 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
     });
     if (!read) return read.error();
   }
-  const std::size_t unfinished = remove_unfinished(folder);
+  const Result<std::size_t> unfinished = storage::remove_parts(folder, storage::EarlierParts::Unfinished);
+  if (!unfinished) return unfinished.error();
   auto parts = CloudParts::create(folder, std::move(config));
   if (!parts) return parts.error();
   for (const GpsTime end : ends) parts->end_strip(end);
@@ -141,7 +123,7 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
   const Status finished = parts->finish();
   if (!was_cut) return was_cut.error();
   if (!finished) return finished.error();
-  SplitCloud done{parts->parts(), *was_cut, unfinished};
+  SplitCloud done{parts->parts(), *was_cut, *unfinished};
   if (done.parts.empty() && *was_cut) return Error{ErrorCode::Truncated, "the cloud ends before its first point"};
   if (done.parts.empty()) return Error{ErrorCode::EndOfData, "the cloud has no points: there is nothing to export"};
   if (is_copc)

@@ -112,7 +112,8 @@ void Outputs::begin_parts() {
   auto folder = OutputFolder::open(dir_ / kParts);
   if (!folder.ok()) return fail(folder.error());
   // What an earlier run left there is of another cloud.
-  if (Status removed = storage::remove_parts(folder->path()); !removed.ok()) return fail(std::move(removed));
+  const auto removed = storage::remove_parts(folder->path(), storage::EarlierParts::All);
+  if (!removed.ok()) return fail(removed.error());
   const storage::LasWriter& las = *files_->las;
   const auto unit = storage::crs_unit(las.projection().operation().wkt());
   if (!unit.ok()) return fail(unit.error());
@@ -290,7 +291,8 @@ Status Outputs::finish(const Health* health) {
     parts->missing = summary_.points() - counts.refused - parts->points;
     summary_.on_parts(std::move(*parts));
   } else {
-    keep(kParts, storage::remove_parts(dir_ / kParts));
+    const auto removed = storage::remove_parts(dir_ / kParts, storage::EarlierParts::All);
+    if (!removed.ok()) keep(kParts, removed.error());
     std::error_code error;
     std::filesystem::remove(dir_ / kParts, error);  // only if it is empty
   }

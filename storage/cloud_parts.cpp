@@ -438,21 +438,26 @@ Status CloudParts::finish() {
   return error_ ? Status(*error_) : Status();
 }
 
-Status remove_parts(const std::filesystem::path& folder) {
+Result<std::size_t> remove_parts(const std::filesystem::path& folder, EarlierParts which) {
   std::error_code error;
   std::vector<std::filesystem::path> found;
   for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     std::string name = at->path().filename().string();
-    if (name.ends_with(kUnfinished)) name.resize(name.size() - std::strlen(kUnfinished));
+    const bool is_growing = name.ends_with(kUnfinished);
+    if (is_growing) name.resize(name.size() - std::strlen(kUnfinished));
     const bool is_part = (name.starts_with("strip_") || name.starts_with("tile_")) && name.ends_with(".laz") &&
                          !name.ends_with(".copc.laz");
-    if (is_part || name == kPartIndex) found.push_back(at->path());
+    const bool is_unfinished = is_part && (is_growing || name.ends_with(kBeforeOctree));
+    if (is_unfinished || (which == EarlierParts::All && (is_part || name == kPartIndex))) found.push_back(at->path());
   }
-  if (error == std::errc::no_such_file_or_directory) return {};
+  if (error == std::errc::no_such_file_or_directory) return std::size_t{0};
   if (error) return io_error("read the folder " + folder.string(), error.value());
-  for (const std::filesystem::path& path : found)
-    if (!std::filesystem::remove(path, error) && error) return io_error("remove " + path.string(), error.value());
-  return {};
+  std::size_t removed = 0;
+  for (const std::filesystem::path& path : found) {
+    removed += std::filesystem::remove(path, error) ? 1 : 0;
+    if (error) return io_error("remove " + path.string(), error.value());
+  }
+  return removed;
 }
 
 }  // namespace hueline::storage

@@ -164,8 +164,16 @@ class CloudParts {
   std::optional<Error> error_;
 };
 
-/// Removes the parts, their index, and what a killed run has left of them, from the folder; octrees and other files
-/// stay. A folder that is not there is no error. Error: Io.
-Status remove_parts(const std::filesystem::path& folder);
+/// How the name of a part ends from which an octree is made, and which is removed then.
+constexpr const char* kBeforeOctree = ".part.laz";
+
+/// What an earlier run has left in a folder of parts.
+enum class EarlierParts : std::uint8_t {
+  Unfinished,  ///< what a run that was killed has left: NAME.laz.part and NAME.part.laz (kBeforeOctree)
+  All,         ///< these, whole parts and their index; octrees stay
+};
+/// Removes parts from the folder; other files stay. Returns how many files it has removed. A folder that is not there
+/// is no error. Error: Io.
+Result<std::size_t> remove_parts(const std::filesystem::path& folder, EarlierParts which);
 
 }  // namespace hueline::storage

@@ -246,15 +246,22 @@ TEST_F(Parts, SayWhatTheyCannotDo) {
 
 TEST_F(Parts, AnEarlierRunsPartsAreRemovedAndNothingElse) {
   const auto parts = folder_ / "parts";
-  EXPECT_TRUE(remove_parts(parts)) << "there are none";
+  EXPECT_EQ(*remove_parts(parts, EarlierParts::All), 0u) << "there are none";
   std::filesystem::create_directory(parts);
   for (const char* file : {"tile_1_2_100m.laz", "tile_1_3_100m.laz.part", "strip_00001.laz.part", "index.geojson",
-                           "tile_1_2_100m.copc.laz", "notes.txt"})
+                           "tile_1_4_100m.part.laz", "tile_1_2_100m.copc.laz", "mine.laz.part", "notes.txt"})
     std::ofstream(parts / file) << "x";
-  EXPECT_TRUE(remove_parts(parts));
-  const auto left = files_of("parts");
-  EXPECT_EQ(left.size(), 2u);
-  EXPECT_TRUE(left.contains("notes.txt") && left.contains("tile_1_2_100m.copc.laz"));
+  EXPECT_EQ(*remove_parts(parts, EarlierParts::Unfinished), 3u);
+  auto left = files_of("parts");
+  EXPECT_EQ(left.size(), 5u);
+  EXPECT_TRUE(left.contains("tile_1_2_100m.laz") && left.contains("index.geojson"));
+  EXPECT_EQ(*remove_parts(parts, EarlierParts::All), 2u);
+  left = files_of("parts");
+  EXPECT_EQ(left.size(), 3u);
+  EXPECT_TRUE(left.contains("notes.txt") && left.contains("mine.laz.part") && left.contains("tile_1_2_100m.copc.laz"));
+  std::ofstream(parts / "tile_1_5_100m.laz") << "x";
+  std::filesystem::create_directories(parts / "tile_1_6_100m.laz" / "other");
+  EXPECT_EQ(remove_parts(parts, EarlierParts::All).error().code, ErrorCode::Io) << "a folder of another has this name";
 }
 
 }  // namespace
