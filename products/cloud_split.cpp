@@ -1,7 +1,5 @@
 #include "products/cloud_split.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -43,7 +41,7 @@ Result<bool> for_each_piece(LasReader& reader, const Use& use) {
 
 /// Counts the tiles of a cloud, if its bounds leave it open whether there are too many. Errors: Invalid if there are;
 /// those of reading.
-Status count_tiles(LasReader& reader, double edge) {
+Status count_tiles(LasReader& reader, const CloudSplit& split, double edge) {
   const storage::LasHeader& header = reader.header();
   double most = 1;
   for (const std::size_t axis : {0, 1}) most *= (header.maximum[axis] - header.minimum[axis]) / edge + 2;
@@ -54,9 +52,7 @@ Status count_tiles(LasReader& reader, double edge) {
     for (const LasPoint& point : points) {
       tiles.emplace(static_cast<std::int64_t>(std::floor(point.x / edge)),
                     static_cast<std::int64_t>(std::floor(point.y / edge)));
-      if (tiles.size() > CloudParts::kMostTiles)
-        return Error{ErrorCode::Invalid,
-                     fmt::format("there would be more than {} tiles: give a greater size", CloudParts::kMostTiles)};
+      if (tiles.size() > CloudParts::kMostTiles) return CloudParts::too_many_tiles(split);
     }
     return {};
   });
@@ -100,7 +96,7 @@ Result<SplitCloud> split_cloud(const std::filesystem::path& cloud, const std::fi
       return Error{ErrorCode::Unsupported,
                    cloud.string() + ": its coordinates are longitude and latitude; tiles are squares of a map"};
     config.tile_edge = split.size / unit->metres;
-    if (Status counted = count_tiles(*reader, config.tile_edge); !counted) return counted.error();
+    if (Status counted = count_tiles(*reader, split, config.tile_edge); !counted) return counted.error();
   } else {
     const Result<bool> read = for_each_piece(*reader, [&](const std::vector<LasPoint>& points) -> Status {
       for (const LasPoint& point : points)

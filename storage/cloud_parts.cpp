@@ -26,7 +26,16 @@ constexpr const char* kUnfinished = ".part";
 constexpr std::size_t kReturnsAt = 14, kUserDataAt = 17;
 constexpr std::size_t source_at(int point_format) { return point_format < 6 ? 18 : 20; }
 
+Error too_many(const std::string& parts, const CloudSplit& split) {
+  return {ErrorCode::Invalid,
+          fmt::format("there would be more than {}: give a greater size than {}", parts, split.text())};
+}
+
 }  // namespace
+
+Error CloudParts::too_many_tiles(const CloudSplit& split) {
+  return too_many(fmt::format("{} tiles", kMostTiles), split);
+}
 
 CloudParts::Tally::Tally() = default;
 
@@ -131,10 +140,9 @@ Result<CloudParts::Part*> CloudParts::part_of(const Cell& cell) {
     const bool is_too_many = is_strips() ? base_ && cell.first - *base_ >= kMostStrips : parts_.size() > kMostTiles;
     if (is_too_many) {
       parts_.erase(cell);
-      return fail({ErrorCode::Invalid,
-                   fmt::format("there would be more than {} {}: give a greater size than {}",
-                               is_strips() ? kMostStrips : static_cast<std::int64_t>(kMostTiles),
-                               is_strips() ? "strips, which LAS has no numbers for" : "tiles", config_.split.text())})
+      return fail(is_strips()
+                      ? too_many(fmt::format("{} strips, which LAS has no numbers for", kMostStrips), config_.split)
+                      : too_many_tiles(config_.split))
           .error();
     }
     part = std::make_unique<Part>();

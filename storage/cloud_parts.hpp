@@ -44,6 +44,8 @@ class CloudParts {
  public:
   /// More tiles are files that nobody opens, and most likely a wrong size.
   static constexpr std::size_t kMostTiles = 20'000;
+  /// What is to be said when a split gives more.
+  static Error too_many_tiles(const CloudSplit& split);
   struct Config {
     CloudSplit split;
     double tile_edge = 0;  ///< of CloudSplit::Kind::Tile, in the unit of the cloud's CRS

@@ -243,7 +243,7 @@ TEST_F(Split, RefusesTooManyTilesBeforeItWritesOne) {
   const auto refused = cut("tile:0.1m");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::Invalid);
-  EXPECT_EQ(refused.error().message, "there would be more than 20000 tiles: give a greater size");
+  EXPECT_EQ(refused.error().message, "there would be more than 20000 tiles: give a greater size than tile:0.1m");
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "parts"));
   const auto written = cut("tile:28m");
   ASSERT_TRUE(written);
