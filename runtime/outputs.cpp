@@ -22,7 +22,7 @@
 namespace hueline::runtime {
 namespace {
 
-constexpr const char* kParts = "parts";  // the folder with the parts of the cloud
+using storage::kPartsFolder;
 
 }  // namespace
 
@@ -74,7 +74,7 @@ Result<std::unique_ptr<Outputs>> Outputs::create(const config::Rig& rig, const s
   for (const char* file : {rig.cloud_file(), "view.mcap", "summary.json", "report.html", "report.pdf"})
     if (Status done = check_output(dir / file); !done.ok()) return done.error();
   if (rig.cloud_split)
-    if (Status done = check_output_folder(dir / kParts); !done.ok()) return done.error();
+    if (Status done = check_output_folder(dir / kPartsFolder); !done.ok()) return done.error();
   return std::unique_ptr<Outputs>(new Outputs(rig, std::move(*folder), std::move(tell)));
 }
 
@@ -107,9 +107,9 @@ void Outputs::close_cloud() {
 void Outputs::begin_parts() {
   const auto fail = [&](Status why) {
     files_->parts_failed = true;
-    keep(kParts, std::move(why));
+    keep(kPartsFolder, std::move(why));
   };
-  auto folder = OutputFolder::open(dir_ / kParts);
+  auto folder = OutputFolder::open(dir_ / kPartsFolder);
   if (!folder.ok()) return fail(folder.error());
   // What an earlier run left there is of another cloud.
   const auto removed = storage::remove_parts(folder->path(), storage::EarlierParts::All);
@@ -137,7 +137,7 @@ void Outputs::add_to_parts(storage::ByteView records) {
       files_->parts->end_strip(ends[files_->strips_ended]);
   if (Status added = files_->parts->add(records); !added.ok()) {
     files_->parts_failed = true;
-    keep(kParts, std::move(added));
+    keep(kPartsFolder, std::move(added));
   }
 }
 
@@ -148,14 +148,14 @@ void Outputs::end_parts() {
   files_->parts.reset();
   Status finished = parts.finish();
   if (finished.ok()) {
-    const auto indexed = storage::write_part_index(dir_ / kParts / storage::kPartIndex, parts.parts(),
+    const auto indexed = storage::write_part_index(dir_ / kPartsFolder / storage::kPartIndex, parts.parts(),
                                                    files_->las->projection().operation().wkt());
     if (!indexed.ok()) finished = indexed.error();
   }
-  if (!files_->parts_failed) keep(kParts, std::move(finished));  // it was told otherwise
+  if (!files_->parts_failed) keep(kPartsFolder, std::move(finished));  // it was told otherwise
   Summary::Parts written;
   written.split = rig_.cloud_split->text();
-  written.folder = kParts;
+  written.folder = kPartsFolder;
   written.files = parts.parts().size();
   for (const storage::CloudPart& part : parts.parts()) {
     written.points += part.points;
@@ -291,10 +291,10 @@ Status Outputs::finish(const Health* health) {
     parts->missing = summary_.points() - counts.refused - parts->points;
     summary_.on_parts(std::move(*parts));
   } else {
-    const auto removed = storage::remove_parts(dir_ / kParts, storage::EarlierParts::All);
-    if (!removed.ok()) keep(kParts, removed.error());
+    const auto removed = storage::remove_parts(dir_ / kPartsFolder, storage::EarlierParts::All);
+    if (!removed.ok()) keep(kPartsFolder, removed.error());
     std::error_code error;
-    std::filesystem::remove(dir_ / kParts, error);  // only if it is empty
+    std::filesystem::remove(dir_ / kPartsFolder, error);  // only if it is empty
   }
   // If this run has no content for a file, the content of an earlier run must not stay there.
   for (const char* file : storage::kCloudFiles) {

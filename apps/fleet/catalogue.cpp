@@ -17,6 +17,7 @@
 #include "runtime/drive_map.hpp"
 #include "runtime/health.hpp"
 #include "runtime/recording.hpp"
+#include "storage/cloud_format.hpp"
 #include "storage/journal_segments.hpp"
 
 namespace hueline::apps {
@@ -105,8 +106,9 @@ std::vector<std::string> product_files(const fs::path& folder) {
   std::vector<std::string> out{"cloud.copc.laz", "cloud.las",    "cloud.laz", "report.html",
                                "report.pdf",     "summary.json", "view.mcap"};
   std::error_code failed;
-  for (fs::directory_iterator at(folder / "parts", failed), end; !failed && at != end; at.increment(failed))
-    if (at->is_regular_file()) out.push_back("parts/" + at->path().filename().string());
+  const fs::path parts = storage::kPartsFolder;
+  for (fs::directory_iterator at(folder / parts, failed), end; !failed && at != end; at.increment(failed))
+    if (at->is_regular_file()) out.push_back((parts / at->path().filename()).string());
   return out;
 }
 
