@@ -4,19 +4,11 @@
 # usage: live_copc_test.sh HUELINE IMAGE_PROOF SOURCE_DIR
 set -euo pipefail
 hueline=$1 proof=$2 source=$3
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-source "$source/tests/apps/program.sh"
-printf 'seed: 5\nduration_s: 3\ndrive: {stand_s: 0, accelerate_s: 0.5, speed: 6}\ncamera: {rate_hz: 2, lens_width: 64, lens_height: 54}\n' >scenario.yaml
-mkdir drive
-"$proof" scenario.yaml sim drive >proof.txt
-ends 0 "$hueline" simulate scenario.yaml --out sim --write-rig las.yaml
-sed 's/^cloud:/cloud:\n  format: copc/' las.yaml >copc.yaml
-! cmp -s las.yaml copc.yaml || fail "the rig has no cloud"
-for threads in 1 3; do ends 0 "$hueline" replay drive --rig copc.yaml --out copc-$threads --threads $threads --no-feed; done
+source "$source/tests/apps/export/short_drive.sh"
+rig copc
+for threads in 1 3; do ends 0 "$hueline" replay drive --rig rig.yaml --out copc-$threads --threads $threads --no-feed; done
 cmp copc-1/cloud.copc.laz copc-3/cloud.copc.laz || fail "threads changed the bytes"
-ends 0 "$hueline" replay drive --rig las.yaml --out las --no-feed
+ends 0 "$hueline" replay drive --rig plain.yaml --out las --no-feed
 cmp las/view.mcap copc-1/view.mcap || fail "the view depends on the cloud's format"
 
 points() { "$hueline" inspect "$1" | sed -n 's/^points  *//p'; }
@@ -40,6 +32,6 @@ ends 4 bash -c 'ulimit -f 2; exec "$@"' - "$hueline" export las --profile laz --
 says 'tiles-las/index.geojson of an earlier export was removed'
 [ ! -e tiles-las/index.geojson ] || fail "an index of other parts stayed"
 # A folder keeps the cloud of its last run only.
-ends 0 "$hueline" replay drive --rig las.yaml --out copc-1 --no-feed
+ends 0 "$hueline" replay drive --rig plain.yaml --out copc-1 --no-feed
 [ ! -e copc-1/cloud.copc.laz ] || fail "the cloud of the run before stayed"
 echo "cloud.copc.laz: $(points copc-3/cloud.copc.laz) points"

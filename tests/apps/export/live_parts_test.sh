@@ -4,16 +4,7 @@
 # usage: live_parts_test.sh HUELINE IMAGE_PROOF SOURCE_DIR
 set -euo pipefail
 hueline=$1 proof=$2 source=$3
-work=$(mktemp -d)
-trap 'kill -KILL $(jobs -p) 2>/dev/null || true; rm -rf "$work"' EXIT
-cd "$work"
-source "$source/tests/apps/program.sh"
-printf 'seed: 5\nduration_s: 3\ndrive: {stand_s: 0, accelerate_s: 0.5, speed: 6}\ncamera: {rate_hz: 2, lens_width: 64, lens_height: 54}\n' >scenario.yaml
-mkdir drive
-"$proof" scenario.yaml sim drive >proof.txt
-ends 0 "$hueline" simulate scenario.yaml --out sim --write-rig plain.yaml
-# rig FORMAT SPLIT
-rig() { sed "s/^cloud:/cloud:\n  format: $1\n  split: $2/" plain.yaml >rig.yaml; ! cmp -s plain.yaml rig.yaml || fail "the rig has no cloud"; }
+source "$source/tests/apps/export/short_drive.sh"
 
 for split in tile:20m distance:5m time:1s; do
   rig las $split
