@@ -230,10 +230,7 @@ void Outputs::on_solution(const InsSolution& solution) {
   summary_.on_solution(solution);
   map_.on_solution(solution);
   newest_ = solution.time;
-  if (files_->path && solution.is_good) {
-    const Eigen::Vector3d place = to_ecef(solution.position).xyz;
-    files_->path->add(solution.time, {place.x(), place.y(), place.z()});
-  }
+  if (files_->path) files_->path->add(solution);
   if (files_->view)
     for (auto early = std::exchange(files_->early, {}); auto& line : early) log(std::move(line));
   view([&](auto& out) { return out.append(solution); });

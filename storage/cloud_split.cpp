@@ -8,6 +8,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/geodesy.hpp"
+
 namespace hueline::storage {
 
 Result<CloudSplit> CloudSplit::parse(const std::string& text) {
@@ -46,18 +48,19 @@ std::string CloudSplit::text() const {
   return fmt::format("tile:{}m", size);
 }
 
-void PathStrips::add(GpsTime time, const std::array<double, 3>& place) {
+void PathStrips::add(const InsSolution& solution) {
   constexpr double kStep_m = 0.5;
   constexpr std::size_t kMostEnds = 100'000;  // more strips than a cloud can have
+  if (!solution.is_good) return;
+  const Point<Ecef> place = to_ecef(solution.position);
   if (last_) {
-    const double x = place[0] - (*last_)[0], y = place[1] - (*last_)[1], z = place[2] - (*last_)[2];
-    const double step = std::sqrt(x * x + y * y + z * z);
+    const double step = (place.xyz - last_->xyz).norm();
     if (step < kStep_m) return;
     driven_m_ += step;
   }
   last_ = place;
   while (ends_.size() < kMostEnds && driven_m_ >= length_m_ * static_cast<double>(ends_.size() + 1))
-    ends_.push_back(time);
+    ends_.push_back(solution.time);
 }
 
 }  // namespace hueline::storage

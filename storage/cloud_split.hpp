@@ -1,11 +1,12 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/frames.hpp"
+#include "core/measurements.hpp"
 #include "core/result.hpp"
 #include "core/time.hpp"
 
@@ -35,14 +36,14 @@ struct CloudSplit {
 class PathStrips {
  public:
   explicit PathStrips(double length_m) : length_m_(length_m) {}
-  /// Adds a place, in order of time, in any fixed Cartesian frame, m.
-  void add(GpsTime time, const std::array<double, 3>& place);
+  /// Adds the place of a solution, in order of time. Solutions that are not good have none.
+  void add(const InsSolution& solution);
   /// The times at which each strip but the last ends.
   const std::vector<GpsTime>& ends() const { return ends_; }
 
  private:
   double length_m_, driven_m_ = 0;
-  std::optional<std::array<double, 3>> last_;
+  std::optional<Point<Ecef>> last_;
   std::vector<GpsTime> ends_;
 };
 

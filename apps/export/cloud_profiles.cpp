@@ -34,11 +34,8 @@ Result<std::vector<GpsTime>> ends_of_strips(const ExportWords& words, double len
                                              " (strips by distance need the drive's folder or its recording, because "
                                              "a cloud does not hold the path)"};
   storage::PathStrips path(length_m);
-  const auto read = for_each_of_path(words.trajectory, *recording, [&](const InsSolution& solution) {
-    if (!solution.is_good) return;
-    const Eigen::Vector3d p = to_ecef(solution.position).xyz;
-    path.add(solution.time, {p.x(), p.y(), p.z()});
-  });
+  const auto read =
+      for_each_of_path(words.trajectory, *recording, [&](const InsSolution& solution) { path.add(solution); });
   if (!read.ok()) return read.error();
   if (!read->ok()) log_warning("{}: the path is known as far as its files are whole", read->error().message);
   return path.ends();

@@ -276,11 +276,22 @@ TEST_F(Split, SaysWhatIsWrong) {
 
 TEST(PathStrips, CountsThePathAndNotTheNoise) {
   PathStrips path(100);
-  GpsTime time{};
-  for (int i = 0; i < 5000; ++i) path.add(time += std::chrono::milliseconds(5), {0.1 * (i % 3), 0, 0});
+  InsSolution solution;
+  solution.is_good = true;
+  const auto add = [&](std::int64_t ms, double height) {
+    solution.time += std::chrono::milliseconds(ms);
+    solution.position.ellipsoidal_height = height;
+    path.add(solution);
+  };
+  for (int i = 0; i < 5000; ++i) add(5, 0.1 * (i % 3));
   EXPECT_TRUE(path.ends().empty()) << "it stands";
-  const GpsTime begin = time;
-  for (int i = 0; i <= 3500; ++i) path.add(time += std::chrono::milliseconds(10), {0.1 * i, 0, 0});
+  const GpsTime begin = solution.time;
+  for (int i = 0; i <= 3500; ++i) {
+    add(10, 0.1 * i);
+    solution.is_good = false;
+    add(0, 1000);
+    solution.is_good = true;
+  }
   ASSERT_EQ(path.ends().size(), 3u);
   EXPECT_NEAR(to_seconds(path.ends()[0] - begin), 10, 0.1);
   EXPECT_NEAR(to_seconds(path.ends()[2] - begin), 30, 0.1);
