@@ -32,37 +32,18 @@ std::string NovatelFramer::Config::validate() const {
 }
 
 void NovatelFramer::feed(std::span<const std::byte> bytes, HostTime received, Sink& sink) {
-  if (bytes.empty()) return;
-  fed_ += bytes.size();
-  arrivals_.push_back({fed_, received});
-  if (held_.size() == decided_) {
-    const std::size_t done = scan(bytes, false, sink);
-    held_.assign(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
-    decided_ = 0;
-    return;
-  }
-  held_.insert(held_.end(), bytes.begin(), bytes.end());
-  decided_ += scan(std::span(held_).subspan(decided_), false, sink);
-  // The rest is moved only when more than half is done, so that moving costs little for each byte.
-  if (decided_ > held_.size() / 2) {
-    held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(decided_));
-    decided_ = 0;
-  }
+  bytes_.feed(bytes, received, [&](std::span<const std::byte> data) { return scan(data, false, sink); });
 }
 
 void NovatelFramer::flush(Sink& sink) {
-  scan(std::span(held_).subspan(decided_), true, sink);
-  held_.clear();
-  decided_ = 0;
+  bytes_.flush([&](std::span<const std::byte> data) { return scan(data, true, sink); });
   report_skipped(sink);
   place_ = Place::Boundary;
 }
 
 void NovatelFramer::discard(Sink& sink) {
-  skipped_ += held_.size() - decided_;
-  position_ += held_.size() - decided_;
-  held_.clear();
-  decided_ = text_seen_ = 0;
+  skipped_ += bytes_.discard();
+  text_seen_ = 0;
   report_skipped(sink);
   place_ = Place::Boundary;
 }
@@ -79,8 +60,8 @@ std::size_t NovatelFramer::scan(std::span<const std::byte> data, bool is_final, 
       if (verdict == Verdict::Message) {
         report_skipped(sink);
         at += message.wire_bytes;
-        position_ += message.wire_bytes;
-        message.received = received_of_last();
+        bytes_.decided(message.wire_bytes);
+        message.received = bytes_.received_of_last();
         sink.on_message(message);
         place_ = Place::Boundary;
         continue;
@@ -98,8 +79,8 @@ std::size_t NovatelFramer::scan(std::span<const std::byte> data, bool is_final, 
       if (has_line_end) ++length;
       report_skipped(sink);
       at += length;
-      position_ += length;
-      sink.on_text({reinterpret_cast<const char*>(rest.data()), length}, received_of_last());
+      bytes_.decided(length);
+      sink.on_text({reinterpret_cast<const char*>(rest.data()), length}, bytes_.received_of_last());
       place_ = Place::Text;
       continue;
     }
@@ -136,7 +117,8 @@ NovatelFramer::Verdict NovatelFramer::judge(std::span<const std::byte> data, Nov
     return Verdict::Broken;
   if (data.size() < message.wire_bytes) return Verdict::NeedMore;
   const std::size_t checked = header_bytes + body_bytes;
-  if (checksums_.of(data.first(checked), position_) != field<std::uint32_t>(data, checked)) return Verdict::Broken;
+  if (checksums_.of(data.first(checked), bytes_.position()) != field<std::uint32_t>(data, checked))
+    return Verdict::Broken;
 
   if (header.is_short) {
     header.week = field<std::uint16_t>(data, 6);
@@ -171,21 +153,14 @@ void NovatelFramer::skip(std::byte byte, Sink& sink) {
   place_ = Place::Lost;
   last_but_one_ = last_;
   last_ = byte;
-  ++position_;
+  bytes_.decided(1);
   if (++skipped_ == kReportSkippedBytes) report_skipped(sink);
 }
 
 void NovatelFramer::report_skipped(Sink& sink) {
   if (skipped_ == 0) return;
-  sink.on_skipped(skipped_, broken_, first_broken_id_, received_of_last());
+  sink.on_skipped(skipped_, broken_, first_broken_id_, bytes_.received_of_last());
   skipped_ = broken_ = 0;
-}
-
-/// Returns the arrival of the last byte that was decided.
-HostTime NovatelFramer::received_of_last() {
-  // Bytes are decided in their order, so the arrivals of earlier bytes are not needed again.
-  while (arrivals_.size() > 1 && arrivals_.front().end < position_) arrivals_.pop_front();
-  return arrivals_.empty() ? HostTime{} : arrivals_.front().received;
 }
 
 }  // namespace hueline::drivers

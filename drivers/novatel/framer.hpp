@@ -1,14 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "drivers/novatel/overlapping_crc.hpp"
 #include "drivers/novatel/wire.hpp"
+#include "drivers/stream/undecided_bytes.hpp"
 
 namespace hueline::drivers {
 
@@ -58,33 +57,24 @@ class NovatelFramer {
   /// Ends the stream after an interruption: reports all bytes that are held back as skipped.
   void discard(Sink& sink);
   /// Returns the number of bytes that were fed but not given to the sink yet.
-  std::uint64_t held_bytes() const { return held_.size() - decided_ + skipped_; }
+  std::uint64_t held_bytes() const { return bytes_.size() + skipped_; }
   /// Returns the number of bytes hashed for check sums. It is at most twice the number of bytes fed.
   std::uint64_t bytes_hashed() const { return checksums_.bytes_hashed(); }
 
  private:
   enum class Place : std::uint8_t { Boundary, Text, Lost };
   enum class Verdict : std::uint8_t { Message, NeedMore, Noise, Broken };
-  struct Arrival {
-    std::uint64_t end;  // stream position after its last byte
-    HostTime received;
-  };
 
   std::size_t scan(std::span<const std::byte> data, bool is_final, Sink& sink);
   Verdict judge(std::span<const std::byte> data, NovatelMessage& message);
   bool may_start_text(std::byte byte) const;
   void skip(std::byte byte, Sink& sink);
   void report_skipped(Sink& sink);
-  HostTime received_of_last();
 
   Config config_;
-  std::vector<std::byte> held_;
-  std::size_t decided_ = 0;    // bytes at the front of held_ that are decided
+  UndecidedBytes bytes_;
   std::size_t text_seen_ = 0;  // leading bytes of the next undecided line that are known to be text
-  std::deque<Arrival> arrivals_;
   OverlappingCrc checksums_;
-  std::uint64_t position_ = 0;  // stream position of the next undecided byte
-  std::uint64_t fed_ = 0;
   Place place_ = Place::Boundary;
   std::byte last_{}, last_but_one_{};  // the latest two of the skipped bytes
   std::uint64_t skipped_ = 0, broken_ = 0;

@@ -10,37 +10,17 @@ constexpr std::uint64_t kReportSkippedBytes = 4096;
 }  // namespace
 
 void MessageFramer::feed(std::span<const std::byte> bytes, HostTime received, Sink& sink) {
-  if (bytes.empty()) return;
-  fed_ += bytes.size();
-  arrivals_.push_back({fed_, received});
-  if (held_.size() == decided_) {
-    const std::size_t done = scan(bytes, false, sink);
-    held_.assign(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
-    decided_ = 0;
-    return;
-  }
-  held_.insert(held_.end(), bytes.begin(), bytes.end());
-  decided_ += scan(std::span(held_).subspan(decided_), false, sink);
-  // The rest is moved only when more than half is done, so that moving costs little for each byte.
-  if (decided_ > held_.size() / 2) {
-    held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(decided_));
-    decided_ = 0;
-  }
+  bytes_.feed(bytes, received, [&](std::span<const std::byte> data) { return scan(data, false, sink); });
 }
 
 void MessageFramer::flush(Sink& sink) {
-  scan(std::span(held_).subspan(decided_), true, sink);
-  held_.clear();
-  decided_ = 0;
+  bytes_.flush([&](std::span<const std::byte> data) { return scan(data, true, sink); });
   report_skipped(sink);
   is_boundary_ = true;
 }
 
 void MessageFramer::discard(Sink& sink) {
-  skipped_ += held_.size() - decided_;
-  position_ += held_.size() - decided_;
-  held_.clear();
-  decided_ = 0;
+  skipped_ += bytes_.discard();
   report_skipped(sink);
   is_boundary_ = true;
 }
@@ -48,7 +28,7 @@ void MessageFramer::discard(Sink& sink) {
 MessageFramer::Found MessageFramer::judge(std::span<const std::byte> rest) {
   Found best;
   for (std::size_t form = 0; form < forms_.size(); ++form) {
-    const Judgement judgement = forms_[form]->judge(rest, position_, is_boundary_);
+    const Judgement judgement = forms_[form]->judge(rest, bytes_.position(), is_boundary_);
     if (judgement.verdict == Judgement::Verdict::Whole) return {judgement, form};
     // NeedMore outweighs Broken: the form that waits may still be right.
     const auto weight = [](Judgement::Verdict verdict) {
@@ -68,16 +48,16 @@ std::size_t MessageFramer::scan(std::span<const std::byte> data, bool is_final, 
     if (found.judgement.verdict == Judgement::Verdict::Whole) {
       report_skipped(sink);
       at += found.judgement.bytes;
-      position_ += found.judgement.bytes;
+      bytes_.decided(found.judgement.bytes);
       is_boundary_ = true;
-      sink.on_message(found.form, rest.first(found.judgement.bytes), received_of_last());
+      sink.on_message(found.form, rest.first(found.judgement.bytes), bytes_.received_of_last());
       continue;
     }
     if (found.judgement.verdict == Judgement::Verdict::Broken ||
         (found.judgement.verdict == Judgement::Verdict::NeedMore && rest.size() >= 3 && skipped_ == 0))
       ++broken_;
     ++at;
-    ++position_;
+    bytes_.decided(1);
     is_boundary_ = false;
     if (++skipped_ == kReportSkippedBytes) report_skipped(sink);
   }
@@ -86,15 +66,8 @@ std::size_t MessageFramer::scan(std::span<const std::byte> data, bool is_final, 
 
 void MessageFramer::report_skipped(Sink& sink) {
   if (skipped_ == 0) return;
-  sink.on_skipped(skipped_, broken_, received_of_last());
+  sink.on_skipped(skipped_, broken_, bytes_.received_of_last());
   skipped_ = broken_ = 0;
-}
-
-/// Returns the arrival of the last byte that was decided.
-HostTime MessageFramer::received_of_last() {
-  // Bytes are decided in their order, so the arrivals of earlier bytes are not needed again.
-  while (arrivals_.size() > 1 && arrivals_.front().end < position_) arrivals_.pop_front();
-  return arrivals_.empty() ? HostTime{} : arrivals_.front().received;
 }
 
 }  // namespace hueline::drivers

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <span>
 #include <utility>
@@ -9,6 +8,7 @@
 
 #include "core/time.hpp"
 #include "drivers/stream/message_form.hpp"
+#include "drivers/stream/undecided_bytes.hpp"
 
 namespace hueline::drivers {
 
@@ -42,10 +42,6 @@ class MessageFramer {
   void discard(Sink& sink);
 
  private:
-  struct Arrival {
-    std::uint64_t end;  // stream position after its last byte
-    HostTime received;
-  };
   struct Found {
     Judgement judgement;
     std::size_t form = 0;
@@ -53,14 +49,9 @@ class MessageFramer {
   Found judge(std::span<const std::byte> rest);
   std::size_t scan(std::span<const std::byte> data, bool is_final, Sink& sink);
   void report_skipped(Sink& sink);
-  HostTime received_of_last();
 
   std::vector<std::unique_ptr<MessageForm>> forms_;
-  std::vector<std::byte> held_;
-  std::size_t decided_ = 0;  // bytes at the front of held_ that are decided
-  std::deque<Arrival> arrivals_;
-  std::uint64_t position_ = 0;  // stream position of the next undecided byte
-  std::uint64_t fed_ = 0;
+  UndecidedBytes bytes_;
   bool is_boundary_ = true;
   std::uint64_t skipped_ = 0, broken_ = 0;
 };
