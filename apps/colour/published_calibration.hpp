@@ -5,6 +5,10 @@
 
 #include "apps/colour/shot_calibration.hpp"
 
+namespace YAML {
+class Node;
+}  // namespace YAML
+
 /// Reads calibrations in the forms in which others publish them beside images and clouds.
 namespace hueline::apps {
 
@@ -24,8 +28,14 @@ void read_published_json(const std::string& path, CalibrationParts& out);
 /// config::ConfigError.
 void read_published_text(const std::string& path, CalibrationParts& out);
 
-/// Reads YAML: of ROS's camera_calibration, of OpenCV's FileStorage as Autoware writes it, or of Kalibr. Returns false
-/// if it has none of their keys. Throws config::ConfigError if it has, but something else is wrong.
+/// Reads YAML: of ROS's camera_calibration and CameraInfo, of OpenCV's FileStorage as Autoware writes it, of Kalibr, of
+/// camodocal, of FAST-LIVO; or a pose between named frames. Returns false if it has none of their keys. Throws
+/// config::ConfigError if it has, but something else is wrong.
 bool read_published_yaml(const std::string& path, CalibrationParts& out);
+
+/// Reads the pose of one frame in another whose names say which is the laser and which the camera: ROS's
+/// TransformStamped, as Apollo publishes it; or a member PARENT-CHILD with q and t, as RELLIS-3D has it. Returns false
+/// if there is none. Throws config::ConfigError, also if the names do not say it, and YAML::Exception.
+bool read_framed_pose(const std::string& path, const YAML::Node& root, ShotCalibration& out);
 
 }  // namespace hueline::apps

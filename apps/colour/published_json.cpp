@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "apps/colour/published_lens.hpp"
 #include "config/section.hpp"
@@ -88,16 +91,77 @@ bool read_k_d_t(const std::string& path, const PlainJson& root, ShotCalibration&
   return has_lens || has_pose;
 }
 
+/// Reads `intrinsic` and `extrinsic` of SUSTechPOINTS, cam_K and cam_D of DAIR-V2X, and `tf` of HITSZ's calibrator,
+/// which has K and D in `cam`.
+bool read_bare_matrices(const std::string& path, const PlainJson& root, ShotCalibration& out) {
+  bool is_known = false;
+  for (const auto& [K, D] : {std::pair{"intrinsic", "distortion"}, std::pair{"cam_K", "cam_D"}}) {
+    if (!root.contains(K)) continue;
+    PublishedLens lens{.K = flat(root.at(K)), .distortion = {}, .model = {}};
+    if (root.contains(D)) {
+      lens.distortion = flat(root.at(D));
+      check_distortion(path, D, lens.distortion, root.at(D).is_array() && root.at(D).empty());
+    }
+    take_lens(lens, path, K, out);
+    is_known = true;
+  }
+  for (const char* T : {"extrinsic", "tf"}) {
+    if (!root.contains(T)) continue;
+    out.T_lens_scanner = pose_of(flat(root.at(T)), fmt::format("{}: {}", path, T));
+    is_known = true;
+  }
+  return is_known;
+}
+
+/// Reads `rotation` and `translation` of DAIR-V2X. The name of the file, or of its folder, says between what they lead:
+/// lidar_to_camera. Others of the same form lead to the vehicle or to the world.
+bool read_rotation_translation(const std::string& path, const PlainJson& root, ShotCalibration& out) {
+  const PlainJson& pose = root.contains("transform") ? root.at("transform") : root;
+  if (!pose.is_object() || !pose.contains("rotation") || !pose.contains("translation")) return false;
+  const Numbers R = flat(pose.at("rotation")), t = flat(pose.at("translation"));
+  if (R.size() != 9 || t.size() != 3)
+    throw config::ConfigError(
+        fmt::format("{}: rotation has {} numbers and translation {}; allowed: 9 and 3", path, R.size(), t.size()));
+  const std::filesystem::path file(path);
+  const std::string file_name = lower_case(file.stem().string()),
+                    folder = lower_case(file.parent_path().filename().string()),
+                    name = file_name.find("_to_") == std::string::npos ? folder : file_name;
+  const auto to = std::min(name.find("_to_"), name.size());
+  const auto of_camera = [](const std::string& frame) { return frame.find("cam") != std::string::npos; };
+  const auto of_laser = [](const std::string& frame) {
+    return frame.find("lidar") != std::string::npos || frame.find("velo") != std::string::npos;
+  };
+  const std::string before = name.substr(0, to), behind = name.substr(to);
+  const bool leads_to_camera = of_laser(before) && of_camera(behind),
+             comes_from_camera = of_camera(before) && of_laser(behind);
+  if (leads_to_camera == comes_from_camera)
+    throw config::ConfigError(path +
+                              ": holds a rotation and a translation, and neither its name nor that of its folder says "
+                              "that they lead from the laser to the camera (lidar_to_camera) or back "
+                              "(camera_to_lidar): give the file such a name if they do");
+  Matrix34 T;
+  T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
+  T.col(3) = Eigen::Map<const Eigen::Vector3d>(t.data());
+  const auto found = pose_of(T, path + ": rotation");
+  out.T_lens_scanner = leads_to_camera ? found : turned_round(found);
+  if (comes_from_camera)
+    out.pose_note = path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+  return true;
+}
+
 }  // namespace
 
 void read_published_json(const std::string& path, CalibrationParts& out) {
   constexpr const char* kForms =
       ": holds neither K and T, nor a member with param.cam_K or param.sensor_calib (SensorsCalibration), nor "
-      "camera.intrinsics (direct_visual_lidar_calibration)";
+      "camera.intrinsics (direct_visual_lidar_calibration), nor intrinsic and extrinsic (SUSTechPOINTS), nor cam_K, or "
+      "rotation and translation (DAIR-V2X)";
   try {
     const PlainJson root = PlainJson::parse(config::read_configuration(path));
     if (!root.is_object()) throw config::ConfigError(path + kForms);
     bool is_known = read_k_d_t(path, root, out.shot);
+    is_known |= read_bare_matrices(path, root, out.shot);
+    is_known = is_known || read_rotation_translation(path, root, out.shot);
     for (const auto& [name, member] : root.items()) {
       if (!member.is_object()) continue;
       if (member.contains("param")) {

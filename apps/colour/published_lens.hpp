@@ -44,7 +44,7 @@ constexpr std::initializer_list<const char*> kModelKeys = {"distortion_model", "
 constexpr std::initializer_list<const char*> kLooseModelKeys = {"camera_model", "model", "projection_type"};
 /// Keys of the distortion, and those of the size of the image.
 constexpr std::initializer_list<const char*> kDistortionKeys = {
-    "distortion_coefficients", "distortion_coeffs", "DistCoeff", "dist_coeffs", "dist_coeff", "D"};
+    "distortion_coefficients", "distortion_coeffs", "DistCoeff", "dist_coeffs", "dist_coeff", "D", "d"};
 constexpr std::initializer_list<const char*> kWidthKeys = {"image_width", "width"};
 constexpr std::initializer_list<const char*> kHeightKeys = {"image_height", "height"};
 

@@ -93,27 +93,40 @@ bool is_from_camera(const std::string& path) {
   return false;
 }
 
-/// Matrices without names tell what they are by their size: 9 numbers are K, 12 or 16 T, and 4 or 5 under a title that
-/// begins with "dist" the distortion.
-void read_unnamed(const std::string& path, const std::map<std::string, Numbers>& matrices, ShotCalibration& out) {
+/// Returns whether these are rows of 4 of a camera matrix, with a column of 0 behind it.
+bool is_projection(const Numbers& v) {
+  return (v.size() == 12 || v.size() == 16) && v[0] > 1 && v[5] > 1 && v[2] > 1 && v[6] > 1 && v[3] == 0 && v[7] == 0 &&
+         v[11] == 0;
+}
+
+/// Matrices without names tell what they are by their size: 9 numbers are K, 4 greater than 1 are fx fy cx cy, 12 or 16
+/// T or a projection, and 4 or 5 under a title that begins with "dist" the distortion.
+void read_unnamed(const std::string& path, const std::map<std::string, Numbers>& matrices, CalibrationParts& out) {
   PublishedLens lens;
   for (const auto& [title, values] : matrices) {
     if (values.size() == 9) {
       lens.K = values;
     } else if (title.starts_with("dist") && (values.size() == 4 || values.size() == 5)) {
       lens.distortion = values;
+    } else if (values.size() == 4 && std::ranges::all_of(values, [](double v) { return v > 1; })) {
+      lens.K = camera_matrix(values);
+    } else if (is_projection(values)) {
+      lens.K = {values[0], values[1], values[2], values[4], values[5], values[6], values[8], values[9], values[10]};
     } else {
       const Pose found = pose_of(values, path + ": the matrix" + (title.empty() ? "" : " " + title));
-      const bool is_turned = is_from_camera(path);
-      out.T_lens_scanner = is_turned ? turned_round(found) : found;
-      if (is_turned)
-        out.pose_note = path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+      if (is_from_camera(path)) {
+        out.T_first_scanner = turned_round(found);
+        out.shot.pose_note =
+            path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+      } else {
+        out.shot.T_lens_scanner = found;
+      }
     }
   }
-  if (!lens.K.empty()) take_lens(lens, path, "the camera matrix", out);
+  if (!lens.K.empty()) take_lens(lens, path, "the camera matrix", out.shot);
 }
 
-/// One text of KITTI, whose left colour camera has the number 2.
+/// One text of KITTI, whose left colour camera has the number 2, or of KITTI-360, where it has the number 0.
 class KittiText {
  public:
   KittiText(const std::string& path, const std::map<std::string, Numbers>& lines) : path_(path), lines_(lines) {}
@@ -126,10 +139,11 @@ class KittiText {
       read_projection("P2", rectification == nullptr ? "R0_rect" : rectification, out);
       return true;
     }
-    if (has("P_rect_02")) {
-      read_projection("P_rect_02", "R_rect_00", out);
-      if (has("S_rect_02")) {
-        const Numbers size = numbers("S_rect_02", 2);
+    for (const auto& [P, S] : {std::pair{"P_rect_02", "S_rect_02"}, std::pair{"P_rect_00", "S_rect_00"}}) {
+      if (!has(P)) continue;
+      read_projection(P, "R_rect_00", out);
+      if (has(S)) {
+        const Numbers size = numbers(S, 2);
         out.shot.intrinsics->width = static_cast<std::uint32_t>(std::clamp(size[0], 0.0, 1e6));
         out.shot.intrinsics->height = static_cast<std::uint32_t>(std::clamp(size[1], 0.0, 1e6));
       }
@@ -180,7 +194,7 @@ class KittiText {
 void read_published_text(const std::string& path, CalibrationParts& out) {
   const NamedNumbers found = named_numbers(path);
   found.check(path, {"K", "D", "T", "R", "P2", "Tr", "Tr_velo_to_cam", "Tr_velo_cam", "R0_rect", "R_rect", "P_rect_02",
-                     "R_rect_00", "S_rect_02"});
+                     "P_rect_00", "R_rect_00", "S_rect_02", "S_rect_00"});
   const auto& lines = found.by_name;
   if (const auto K = lines.find("K"); K != lines.end()) {
     const auto D = lines.find("D");
@@ -194,11 +208,11 @@ void read_published_text(const std::string& path, CalibrationParts& out) {
     out.shot.T_lens_scanner = pose_of(T->second, path + ": T");
     return;
   }
-  if (lines.empty() && !found.unnamed.empty()) return read_unnamed(path, found.unnamed, out.shot);
+  if (lines.empty() && !found.unnamed.empty()) return read_unnamed(path, found.unnamed, out);
   throw config::ConfigError(
       path +
       ": holds neither K with D, nor T, nor P2 with Tr_velo_to_cam or Tr, P_rect_02, or R and T of "
-      "KITTI, nor rows of numbers alone");
+      "KITTI, nor P_rect_00 of KITTI-360, nor rows of numbers alone");
 }
 
 }  // namespace hueline::apps

@@ -6,54 +6,18 @@
 #include <algorithm>
 #include <initializer_list>
 #include <string>
+#include <vector>
 
 #include "apps/colour/published_lens.hpp"
+#include "apps/colour/yaml_numbers.hpp"
 #include "config/section.hpp"
 
 namespace hueline::apps {
 namespace {
 
-/// Reads a number. Throws YAML::RepresentationException.
-template <class Number>
-Number number_of(const YAML::Node& node) {
-  Number value{};
-  if (!YAML::convert<Number>::decode(node, value))
-    throw YAML::RepresentationException(node.Mark(),
-                                        node.IsScalar() ? fmt::format("'{}' is no number that fits here", node.Scalar())
-                                                        : std::string("a number is expected here"));
-  return value;
-}
-
-/// Reads the numbers of a node: a list, or a matrix with rows, cols and data.
-Numbers numbers_of(const YAML::Node& node, int depth = kDeepest) {
-  Numbers out;
-  if (depth == 0) return out;
-  if (node.IsMap()) return node["data"] ? numbers_of(node["data"], depth - 1) : out;
-  for (const auto& one : node) {
-    if (one.IsSequence()) {
-      const Numbers inner = numbers_of(one, depth - 1);
-      out.insert(out.end(), inner.begin(), inner.end());
-    } else {
-      out.push_back(number_of<double>(one));
-    }
-  }
-  return out;
-}
-
-/// Returns the first of these keys that the mapping has; empty if it has none.
-std::string first_key(const YAML::Node& root, std::initializer_list<const char*> keys) {
-  for (const char* key : keys)
-    if (root[key]) return key;
-  return {};
-}
-
-std::uint32_t pixels(const YAML::Node& node) {
-  return node && node.IsScalar() ? number_of<std::uint32_t>(node) : std::uint32_t{0};
-}
-
-/// Reads what ROS's camera_calibration and OpenCV's FileStorage write.
+/// Reads what ROS's camera_calibration and OpenCV's FileStorage write, and ROS's CameraInfo.
 bool read_matrices(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
-  const std::string K = first_key(root, {"camera_matrix", "CameraMat"});
+  const std::string K = first_key(root, {"camera_matrix", "CameraMat", "K", "k"});
   if (!K.empty()) {
     PublishedLens lens;
     lens.K = numbers_of(root[K]);
@@ -154,6 +118,57 @@ bool read_camodocal(const std::string& path, const YAML::Node& root, ShotCalibra
   return true;
 }
 
+/// Reads what FAST-LIVO and others that load cameras with vikit have: cam_fx and so on, in the newest without "cam_".
+bool read_vikit(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
+  const char* const prefix = root["cam_fx"] ? "cam_" : "";
+  const auto at = [&](const std::string& name) { return root[prefix + name]; };
+  const YAML::Node word = at("model");
+  if (!word || !word.IsScalar() || !at("fx") || !at("fy") || !at("cx") || !at("cy")) return false;
+  PublishedLens lens;
+  const bool is_fisheye = word.Scalar() == "EquidistantCamera";
+  if (!is_fisheye && !word.Scalar().starts_with("Pinhole"))
+    throw config::ConfigError(
+        fmt::format("{}: {}model {} is not read; allowed: Pinhole, EquidistantCamera", path, prefix, word.Scalar()));
+  lens.K = camera_matrix({number_of<double>(at("fx")), number_of<double>(at("fy")), number_of<double>(at("cx")),
+                          number_of<double>(at("cy"))});
+  if (is_fisheye) lens.model = "equidistant";
+  for (int i = 0; i < (is_fisheye ? 4 : 5); ++i) {
+    const YAML::Node one = is_fisheye ? root[fmt::format("k{}", i + 1)] : at(fmt::format("d{}", i));
+    lens.distortion.push_back(one ? number_of<double>(one) : 0);
+  }
+  lens.width = pixels(at("width"));
+  lens.height = pixels(at("height"));
+  take_lens(lens, path, prefix + std::string("fx"), out);
+  return true;
+}
+
+/// Reads FAST-LIVO's pose of the laser in the camera's frame.
+bool read_rcl_pcl(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
+  if (!root["Rcl"] || !root["Pcl"]) return false;
+  const Numbers R = numbers_of(root["Rcl"]), p = numbers_of(root["Pcl"]);
+  if (R.size() != 9 || p.size() != 3)
+    throw config::ConfigError(
+        fmt::format("{}: Rcl has {} numbers and Pcl {}; allowed: 9 and 3", path, R.size(), p.size()));
+  Matrix34 T;
+  T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
+  T.col(3) = Eigen::Map<const Eigen::Vector3d>(p.data());
+  out.T_lens_scanner = pose_of(T, path + ": Rcl");
+  return true;
+}
+
+/// Returns the mappings in which a file of settings may have a calibration: itself, the settings of ROS 2 below the
+/// name of a node, and those of a camera and of mountings in them.
+std::vector<YAML::Node> parts_of(const YAML::Node& root) {
+  std::vector<YAML::Node> out{root};
+  for (const auto& member : root)
+    if (const YAML::Node node = member.second; node.IsMap())
+      if (const YAML::Node settings = node["ros__parameters"]; settings && settings.IsMap()) out.push_back(settings);
+  for (std::size_t i = 0, count = out.size(); i < count; ++i)
+    for (const char* name : {"camera", "extrin_calib"})
+      if (const YAML::Node part = out[i][name]; part && part.IsMap()) out.push_back(part);
+  return out;
+}
+
 }  // namespace
 
 bool read_published_yaml(const std::string& path, CalibrationParts& out) {
@@ -168,11 +183,12 @@ bool read_published_yaml(const std::string& path, CalibrationParts& out) {
   }
   if (!root.IsMap()) return false;
   try {
-    const bool has_matrices = read_matrices(path, root, out.shot);
-    // A program that keeps its settings in the same file has the lens in a part of its own.
-    const YAML::Node camera = root["camera"];
-    const bool has_part = camera && camera.IsMap() && read_matrices(path, camera, out.shot);
-    return has_matrices || has_part || read_kalibr(path, root, out.shot) || read_camodocal(path, root, out.shot);
+    bool is_known = read_framed_pose(path, root, out.shot);
+    for (const YAML::Node& part : parts_of(root)) {
+      is_known |= read_matrices(path, part, out.shot) || read_vikit(path, part, out.shot);
+      is_known |= read_rcl_pcl(path, part, out.shot);
+    }
+    return is_known || read_kalibr(path, root, out.shot) || read_camodocal(path, root, out.shot);
   } catch (const YAML::Exception& e) {
     throw config::ConfigError(fmt::format("{}:{}: {}", path, e.mark.line + 1, e.msg));
   }

@@ -22,8 +22,9 @@ void read_own_yaml(const std::string& path, ShotCalibration& out) {
   if (!root.has("lens") && !root.has("T_lens_scanner"))
     throw config::ConfigError(
         path +
-        ": holds no calibration that is read: lens or T_lens_scanner of this program; camera_matrix (ROS, OpenCV), "
-        "CameraMat or CameraExtrinsicMat (Autoware), cam0 (Kalibr), projection_parameters (camodocal)");
+        ": holds no calibration that is read: lens or T_lens_scanner of this program; camera_matrix (ROS, OpenCV), K "
+        "(CameraInfo), CameraMat or CameraExtrinsicMat (Autoware), cam0 (Kalibr), projection_parameters (camodocal), "
+        "cam_fx or Rcl and Pcl (FAST-LIVO), child_frame_id with transform (TransformStamped)");
   if (root.has("lens")) {
     out.intrinsics = config::read_config<fusion::CameraIntrinsics>(root.section("lens"));
     out.lens_file = path;

@@ -297,23 +297,70 @@ TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
        R"({"K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1], "D": [], "model": "Hikvision MV-CA", "camera_model":
                          "PINHOLE"})"},
       {"lists.txt", "K: [100, 0, 79.5; 0, 100, 59.5; 0, 0, 1]\nD: [0, 0, 0, 0]\n"},
+      {"perspective.txt",
+       "calib_time: 2020\nS_rect_00: 160 120\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_00: 100 0 79.5 0 0 100 59.5 0 0 0 "
+       "1 0\nP_rect_01: 100 0 79.5 -60 0 100 59.5 0 0 0 1 0\n"},
+      {"camera_to_lidar.txt", "0 0 1 0\n-1 0 0 0.25\n0 -1 0 0\n"},
+      {"P_camera.txt", "100 0 79.5 0\n0 100 59.5 0\n0 0 1 0\n0 0 0 1\n"},
+      {"camera_info.txt", "100 100 79.5 59.5\n"},
+      {"camera_info.yaml",
+       "header:\n  seq: 1\n  frame_id: left\nheight: 120\nwidth: 160\ndistortion_model: \"plumb_bob\"\nD: [0, 0, 0, "
+       "0, 0]\nK: [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\nR: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n---\nheader:\n  seq: 2\n"},
+      {"camera_info_2.yaml",
+       "height: 120\nwidth: 160\ndistortion_model: plumb_bob\nd:\n- 0.0\n- 0.0\n- 0.0\n- 0.0\n- 0.0\nk:\n- 100.0\n- "
+       "0.0\n- 79.5\n- 0.0\n- 100.0\n- 59.5\n- 0.0\n- 0.0\n- 1.0\n"},
+      {"front_6mm.yaml",
+       "header:\n  stamp: {secs: 0, nsecs: 0}\n  frame_id: velodyne128\nchild_frame_id: front_6mm\ntransform:\n  "
+       "translation: {x: 0, y: 0.25, z: 0}\n  rotation: {x: -0.5, y: 0.5, z: -0.5, w: 0.5}\n"},
+      {"static.yaml",
+       "header: {frame_id: camera_optical}\nchild_frame_id: rslidar\ntransform:\n  translation: {x: 0.25, y: 0, z: "
+       "0}\n  rotation: {x: 0.5, y: -0.5, z: 0.5, w: 0.5}\n"},
+      {"transforms.yaml",
+       "os1_cloud_node-pylon_camera_node:\n  q: {w: -0.5, x: 0.5, y: -0.5, z: 0.5}\n  t: {x: 0, y: 0.25, z: 0}\n"},
+      {"camera_pinhole.yaml",
+       "cam_model: Pinhole\ncam_width: 160\ncam_height: 120\nscale: 0.5\ncam_fx: 100\ncam_fy: 100\ncam_cx: "
+       "79.5\ncam_cy: 59.5\ncam_d0: 0\ncam_d1: 0\n"},
+      {"avia.yaml",
+       "/fastlivo2_node:\n  ros__parameters:\n    extrin_calib:\n      extrinsic_T: [1, 2, 3]\n      Rcl: [0, -1, "
+       "0,\n            0, 0, -1,\n            1, 0, 0]\n      Pcl: [0.25, 0, 0]\n    camera:\n      model: Pinhole\n  "
+       "    width: 160\n      height: 120\n      fx: 100\n      fy: 100\n      cx: 79.5\n      cy: 59.5\n"},
+      {"front.json",
+       R"({"extrinsic": [0, -1, 0, 0.25, 0, 0, -1, 0, 1, 0, 0, 0, 0, 0, 0, 1], "intrinsic": [100, 0, 79.5, 0, 100, 59.5,
+           0, 0, 1]})"},
+      {"hitsz.json",
+       R"({"cam": {"K": [[100, 0, 79.5], [0, 100, 59.5], [0, 0, 1]], "D": [0, 0, 0, 0, 0]},
+           "tf": [[0, -1, 0, 0.25], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]})"},
+      {"camera_intrinsic.json", R"({"cam_D": [0, 0, 0, 0, 0], "cam_K": [100, 0, 79.5, 0, 100, 59.5, 0, 0, 1]})"},
+      {"virtuallidar_to_camera.json",
+       R"({"translation": [[0.25], [0], [0]], "rotation": [[0, -1, 0], [0, 0, -1], [1, 0, 0]]})"},
       {"velo_to_cam.txt", "calib_time: 15-Mar-2012 11:37:16\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0 0 0\ndelta_f: 0 0\n"},
   };
   for (const auto& [name, text] : files) write_file(dir / name, text);
-  for (const auto& calibration : std::vector<std::vector<std::string>>{{"flat.json", "pose.json"},
-                                                                       {"calib.json"},
-                                                                       {"ros.yaml", "pose.json"},
-                                                                       {"autoware.yaml"},
-                                                                       {"livox.yaml", "livox.txt"},
-                                                                       {"titled.txt", "livox.txt"},
-                                                                       {"tracking.txt"},
-                                                                       {"lists.txt", "livox.txt"},
-                                                                       {"rows.txt", "only_pose.txt"},
-                                                                       {"named.json", "only_pose.txt"},
-                                                                       {"kalibr.yaml", "livox.txt"},
-                                                                       {"cam_to_cam.txt", "velo_to_cam.txt"},
-                                                                       {"velo_to_cam.txt", "cam_to_cam.txt"},
-                                                                       {"cam_to_cam.txt", "pose.json"}}) {
+  for (const auto& calibration :
+       std::vector<std::vector<std::string>>{{"flat.json", "pose.json"},
+                                             {"calib.json"},
+                                             {"ros.yaml", "pose.json"},
+                                             {"autoware.yaml"},
+                                             {"livox.yaml", "livox.txt"},
+                                             {"titled.txt", "livox.txt"},
+                                             {"tracking.txt"},
+                                             {"lists.txt", "livox.txt"},
+                                             {"rows.txt", "only_pose.txt"},
+                                             {"named.json", "only_pose.txt"},
+                                             {"kalibr.yaml", "livox.txt"},
+                                             {"cam_to_cam.txt", "velo_to_cam.txt"},
+                                             {"velo_to_cam.txt", "cam_to_cam.txt"},
+                                             {"cam_to_cam.txt", "pose.json"},
+                                             {"perspective.txt", "camera_to_lidar.txt"},
+                                             {"P_camera.txt", "livox.txt"},
+                                             {"camera_info.txt", "transforms.yaml"},
+                                             {"camera_info.yaml", "front_6mm.yaml"},
+                                             {"camera_info_2.yaml", "static.yaml"},
+                                             {"camera_pinhole.yaml", "livox.txt"},
+                                             {"avia.yaml"},
+                                             {"front.json"},
+                                             {"hitsz.json"},
+                                             {"camera_intrinsic.json", "virtuallidar_to_camera.json"}}) {
     SCOPED_TRACE(calibration.front());
     const Ran ran = colour("image.png", calibration);
     ASSERT_EQ(ran.status, 0) << ran.said;
@@ -322,7 +369,8 @@ TEST_F(Shot, CalibrationsInTheFormsOfOtherPrograms) {
   }
   // The size that stands beside a lens counts.
   ASSERT_TRUE(storage::write_png(dir / "large.png", picture(2)).ok());
-  for (const char* name : {"ros.yaml", "autoware.yaml", "kalibr.yaml", "cam_to_cam.txt"}) {
+  for (const char* name : {"ros.yaml", "autoware.yaml", "kalibr.yaml", "cam_to_cam.txt", "perspective.txt",
+                           "camera_info.yaml", "camera_info_2.yaml", "camera_pinhole.yaml", "avia.yaml"}) {
     const Ran ran = colour("large.png", {name, "pose.json"});
     EXPECT_EQ(ran.status, 2) << name;
     EXPECT_NE(ran.said.find("160 x 120"), std::string::npos) << ran.said;
@@ -373,7 +421,21 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
            {"model_type: SCARAMUZZA\nprojection_parameters: {a: 1}\n", "model_type SCARAMUZZA is not read"},
            {"camera_matrix: [100, 0, 79.5]\n", "camera_matrix has 3 numbers"},
            {"camera_matrix: [a, 0, 79.5, 0, 100, 59.5, 0, 0, 1]\n", "lens.yaml:1: 'a' is no number"},
-           {"CameraExtrinsicMat: {data: [1, 2]}\n", "CameraExtrinsicMat has 2 numbers; allowed: 12 or 16"}}) {
+           {"CameraExtrinsicMat: {data: [1, 2]}\n", "CameraExtrinsicMat has 2 numbers; allowed: 12 or 16"},
+           {"cam_model: Ocam\ncam_fx: 9\ncam_fy: 9\ncam_cx: 9\ncam_cy: 9\n", "cam_model Ocam is not read"},
+           {"Rcl: [1, 0, 0]\nPcl: [0, 0, 0]\n", "Rcl has 3 numbers and Pcl 3; allowed: 9 and 3"},
+           {"header: {frame_id: novatel}\nchild_frame_id: velodyne128\ntransform: {translation: {x: 0, y: 0, z: 0}, "
+            "rotation: {x: 0, y: 0, z: 0, w: 2}}\n",
+            "a quaternion of length 2, not 1"},
+           {"left-right: {q: {w: 1, x: 0, y: 0, z: 0}, t: {x: 0, y: 0, z: 0}}\n",
+            "these names do not say that one is a laser and the other a camera"},
+           {"header: {frame_id: novatel}\nchild_frame_id: CAM_FRONT_LEFT\ntransform: {translation: {x: 0, y: 0, z: 0}, "
+            "rotation: {x: 0, y: 0, z: 0, w: 1}}\n",
+            "holds the pose of CAM_FRONT_LEFT in the frame of novatel"},
+           {"header: {frame_id: novatel}\nchild_frame_id: velodyne64\ntransform: {translation: {x: 0, y: 0, z: 0}, "
+            "rotation: {x: 0, y: 0, z: 0, w: 1}}\n",
+            "holds the pose of velodyne64 in the frame of novatel"},
+           {"camera-lidar: {q: {w: 1, x: 0, y: 0}, t: {x: 0, y: 0, z: 0}}\n", "the rotation has no z"}}) {
     write_file(dir / "lens.yaml", text);
     const Ran ran = colour("image.png", {"lens.yaml", "mounting.yaml"});
     EXPECT_EQ(ran.status, 2) << text;
@@ -397,6 +459,14 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
       R"({"x": {"sensor_name": "gnss", "target_sensor_name": "top_center_lidar", "param": {"sensor_calib": {"data":
                  [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}}})");
   EXPECT_NE(colour("image.png", {"gnss.json"}).said.find("the pose of gnss in the frame of top_center_lidar"),
+            std::string::npos);
+  write_file(dir / "lidar_to_novatel.json",
+             R"({"transform": {"rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1], "translation": {"x": 1}}})");
+  EXPECT_NE(colour("image.png", {"lidar_to_novatel.json"}).said.find("translation 0; allowed: 9 and 3"),
+            std::string::npos);
+  write_file(dir / "lidar_to_novatel.json",
+             R"({"transform": {"rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1], "translation": [1, 2, 3]}})");
+  EXPECT_NE(colour("image.png", {"lidar_to_novatel.json"}).said.find("lead from the laser to the camera"),
             std::string::npos);
   write_file(dir / "list.json", "[1, 2]");
   EXPECT_NE(colour("image.png", {"list.json"}).said.find("list.json: holds neither K and T"), std::string::npos);
