@@ -142,6 +142,7 @@ class Surveyor {
     // A receiver's time may be off by seconds until it has a fix: the nearest one tells the clocks apart.
     const nanoseconds delay = received - time;
     if (!pose.delay || std::chrono::abs(delay) < std::chrono::abs(*pose.delay)) pose.delay = delay;
+    pose.shortest_delay = std::min(pose.shortest_delay.value_or(delay), delay);
     if (count_ns(stamp) != 0) (stamp < to_unix(GpsTime()) ? pose.pace_before_gps : pose.pace).take(stamp, received);
   }
   void take_camera(const rosbag::BagTopic& topic, UnixTime received, const RosReader& in) {

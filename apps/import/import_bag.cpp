@@ -265,7 +265,8 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   out.packets = journal.packets();
   if (is_of_map && !map->status().ok()) out.to_do.push_back(map->status().error().message);
   if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)
-    out.to_do.push_back("no pose could be made of the recording, see the table: a replay places no points");
+    out.to_do.push_back("no pose could be made of the recording, " +
+                        (pose->apart.empty() ? "see the table" : pose->apart) + ": a replay places no points");
   if (std::string doubt = doubt_of_course(transcriber.course(), *pose, survey->tree); !doubt.empty())
     out.to_do.push_back(std::move(doubt));
   for (auto& one : out.topics) {

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/calendar.hpp"
 #include "drivers/ros/ros_solution.hpp"
 
 namespace hueline::apps {
@@ -49,10 +50,20 @@ KindTopics best_of_each(const std::map<std::string, PoseTopic>& found) {
   return out;
 }
 
-/// Returns the local pose whose orientation goes best with positions of another topic; empty: none has one.
-std::string best_oriented(const std::map<std::string, PoseTopic>& found) {
+/// Returns whether two topics were sent at the same time, by their stamps.
+bool meet(const PoseTopic& a, const PoseTopic& b) {
+  if (!a.begin || !b.begin) return true;
+  return *a.begin <= *b.end + kSameClock && *b.begin <= *a.end + kSameClock;
+}
+
+/// Returns the local pose whose orientation goes best with the positions of another topic; empty: none has one.
+std::string best_oriented(const std::map<std::string, PoseTopic>& found, const PoseTopic& positions) {
+  std::uint64_t most = 0;
+  for (const auto& [name, topic] : found) most = std::max(most, topic.oriented);
+  const auto worth = [&](const PoseTopic& one) {
+    return std::tuple(meet(one, positions), 10 * one.oriented >= most, sureness(one.type), one.oriented);
+  };
   std::string out;
-  const auto worth = [](const PoseTopic& one) { return std::pair(one.oriented, sureness(one.type)); };
   for (const auto& [name, topic] : found)
     if (topic.oriented > 0 && (out.empty() || worth(topic) > worth(found.at(out)))) out = name;
   return out;
@@ -119,24 +130,38 @@ std::uint64_t messages_of(const std::map<std::string, PoseTopic>& found, const P
   return name == chosen.oriented_by ? found.at(name).oriented : found.at(name).usable;
 }
 
+/// Returns the times of two topics that do not meet; empty: they do.
+std::string how_apart(const std::map<std::string, PoseTopic>& found, const std::string& a, const std::string& b) {
+  if (meet(found.at(a), found.at(b))) return {};
+  const auto times = [&](const std::string& name) {
+    const PoseTopic& topic = found.at(name);
+    return fmt::format("{} are from {} to {}", name, iso_utc(from_unix(*topic.begin)), iso_utc(from_unix(*topic.end)));
+  };
+  return fmt::format("the times of {}, those of {}: they do not meet, as stamps of different clocks", times(a),
+                     times(b));
+}
+
 /// Learns from the topics that were chosen which clock their times are of.
 void learn_clock(const std::map<std::string, PoseTopic>& found, PoseChoice& out) {
   out.is_by_stamp = out.rank == RosPoseRank::Part || out.rank == RosPoseRank::Local;
   std::uint64_t usable = 0, before_gps = 0;
   std::optional<UnixTime> begin;
-  std::optional<nanoseconds> delay;
+  std::optional<nanoseconds> delay, shortest;
   for (const std::string& name : out.topics) {
     const PoseTopic& topic = found.at(name);
     usable += messages_of(found, out, name);
     before_gps += topic.before_gps;
     if (topic.begin) begin = std::min(begin.value_or(*topic.begin), *topic.begin);
     if (topic.delay && (!delay || std::chrono::abs(*topic.delay) < std::chrono::abs(*delay))) delay = topic.delay;
+    if (topic.shortest_delay) shortest = std::min(shortest.value_or(*topic.shortest_delay), *topic.shortest_delay);
   }
   out.is_sigma_known = !out.is_by_stamp || std::ranges::any_of(out.topics, [&](const std::string& name) {
     return name != out.oriented_by && 2 * found.at(name).with_sigma > found.at(name).usable;
   });
   out.begin = begin.value_or(UnixTime());
+  // Where the recorder's clock is behind, the nearest times are those of the message that was the longest under way.
   out.delay = delay.value_or(nanoseconds(0));
+  if (out.is_by_stamp && shortest && std::chrono::abs(out.delay) > kSameClock) out.delay = *shortest;
   // A few such stamps are of a computer that did not know the time yet, and are told as not used.
   if (out.is_by_stamp && 2 * before_gps > usable) out.shift = kSimulatorBegin.time_since_epoch();
   out.is_other_pace = std::ranges::any_of(out.topics, [&](const std::string& name) {
@@ -164,7 +189,15 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
                                const std::vector<std::string>& wanted) {
   PoseChoice out;
   KindTopics best = best_of_each(found);
-  if (const std::string oriented = best_oriented(found); !oriented.empty()) best.try_emplace(kOrientations, oriented);
+  if (const auto at = best.find(kPositions); at != best.end()) {
+    const PoseTopic& positions = found.at(at->second);
+    const std::string oriented = best_oriented(found, positions);
+    const auto known = best.find(kOrientations);
+    // An Imu is better, unless its stamps are of another clock.
+    if (!oriented.empty() &&
+        (known == best.end() || (!meet(found.at(known->second), positions) && meet(found.at(oriented), positions))))
+      best[kOrientations] = oriented;
+  }
   for (const auto& [kind, name] : best)
     if (is_whole(kind.first, best) && why_useless(found.at(name), best, is_world_known, kind).empty())
       out.rank = std::max(out.rank, kind.first);
@@ -192,6 +225,7 @@ Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bo
     out.path = topic.path;
   }
   out.topics.assign(taken.begin(), taken.end());
+  if (out.rank == RosPoseRank::Part) out.apart = how_apart(found, best.at(kPositions), best.at(kOrientations));
   learn_clock(found, out);
   for (const auto& [name, topic] : found) {
     if (taken.contains(name)) continue;

@@ -31,6 +31,7 @@ struct PoseTopic {
   std::uint64_t before_gps = 0;            ///< those of them whose times lie before the begin of GPS time
   std::optional<UnixTime> begin{}, end{};  ///< the earliest and the latest of their times
   std::optional<nanoseconds> delay{};      ///< from theirs to the recorder's time, where these are nearest
+  std::optional<nanoseconds> shortest_delay{};  ///< the same, where the recorder's time is least behind or most ahead
   RecorderPace pace{}, pace_before_gps{};  ///< by header.stamp; of those before the begin of GPS time by themselves
   std::string world{};                     ///< of local poses the frame that they are given in
   double farthest_m = 0;                   ///< of local poses: from the origin
@@ -57,10 +58,13 @@ struct PoseChoice {
   std::vector<std::string> topics;
   std::string oriented_by{};  ///< the topic of local poses from which the orientations are; empty: none
   std::string frame;          ///< that stands for the vehicle's body
-  std::map<std::string, std::string> not_used;   ///< why the other topics are not used, by their names
-  bool is_by_stamp = false;                      ///< the times of the poses are header.stamp
-  UnixTime begin{};                              ///< the earliest of them
-  nanoseconds delay{0};                          ///< from the time of a pose to the recorder's, where these are nearest
+  std::string apart{};        ///< that the times of positions and orientations do not meet, a sentence; empty: they do
+  std::map<std::string, std::string> not_used;  ///< why the other topics are not used, by their names
+  bool is_by_stamp = false;                     ///< the times of the poses are header.stamp
+  UnixTime begin{};                             ///< the earliest of them
+  /// From the time of a pose to the recorder's, where these are nearest; for stamps of another clock where the message
+  /// was the least under way.
+  nanoseconds delay{0};
   bool is_sigma_known = true;                    ///< most of them state their accuracy, or their kind always does
   bool is_other_pace = false;                    ///< RecorderPace::is_other()
   bool is_height_known = true;                   ///< no position is of GPSFix, whose heights have any reference
@@ -79,11 +83,11 @@ struct PoseChoice {
 
 /// Chooses among `found`, by their names. Of each kind that topic is taken which has the most messages that can be
 /// used; of equal ones INSPVAX before INSPVA, because it has sigmas, and then the first by name. INSPVA is taken with
-/// INSSTDEV. Positions without an Imu that says an orientation get that of a local pose. NavSatFix is taken
-/// before GPSFix, and Odometry before other local poses, and these before tf, if it has a tenth of the messages of the
-/// topic that has most. Of the kinds that of the highest rank is taken. `wanted` names topics that are taken instead.
-/// `is_world_known`: local poses can be used, because their origin or their map is named. Errors: Invalid if `wanted`
-/// names a topic that cannot be used, or several that are not one pose.
+/// INSSTDEV. Positions without an Imu that says an orientation at their times get that of a local pose. NavSatFix is
+/// taken before GPSFix, and Odometry before other local poses, and these before tf, if it has a tenth of the messages
+/// of the topic that has most. Of the kinds that of the highest rank is taken. `wanted` names topics that are taken
+/// instead. `is_world_known`: local poses can be used, because their origin or their map is named. Errors: Invalid if
+/// `wanted` names a topic that cannot be used, or several that are not one pose.
 Result<PoseChoice> choose_pose(const std::map<std::string, PoseTopic>& found, bool is_world_known,
                                const std::vector<std::string>& wanted);
 

@@ -294,6 +294,55 @@ TEST_F(ImportBag, PositionsGetTheOrientationsOfAnOdometry) {
   EXPECT_TRUE(named->became.at("/odom").starts_with("sensor pos")) << named->became.at("/odom");
 }
 
+/// A pose to go to comes more often than the odometry, and its stamps are 0: the recorder's time counts, which is of
+/// another clock where a recording was played and recorded again.
+TEST_F(ImportBag, OrientationsAreOfTheClockOfThePositions) {
+  constexpr std::int64_t kAgo_ns = 5'000'000'000'000'000;
+  const auto turned = [](const std::string& topic, const char* type, std::int64_t stamp, std::int64_t received) {
+    RosWriter out(drivers::RosEncoding::Cdr);
+    out.header(stamp, "odom");
+    if (type == std::string("nav_msgs/Odometry")) out.text("car");
+    out.put(1.0).put(2.0).put(0.0).put(0.0).put(0.0).put(std::sin(0.5)).put(std::cos(0.5));
+    return SampleMessage{topic, type, received, out.bytes()};
+  };
+  std::vector<SampleMessage> messages, goals;
+  for (int i = 0; i < 40; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    goals.push_back(turned("/goal", "geometry_msgs/PoseStamped", 0, ns));
+    if (i % 2 != 0) goals.push_back(turned("/goal", "geometry_msgs/PoseStamped", 0, ns + 1'000'000));
+    auto fix = position("/fix", ns - kAgo_ns);
+    fix.time_ns = ns;
+    goals.push_back(fix);
+    messages.push_back(turned("/odom", "nav_msgs/Odometry", ns - kAgo_ns, ns));
+  }
+  const auto alone = import(goals);
+  ASSERT_TRUE(alone.ok()) << alone.error().message;
+  EXPECT_EQ(count_told(*alone, "the times of /fix are from "), 1);
+  EXPECT_EQ(count_told(*alone, "they do not meet, as stamps of different clocks"), 1);
+  messages.insert(messages.end(), goals.begin(), goals.end());
+  const auto done = import(messages);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_TRUE(done->became.at("/odom").starts_with("sensor pos")) << done->became.at("/odom");
+  EXPECT_TRUE(done->became.at("/goal").starts_with("not used")) << done->became.at("/goal");
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 40);
+}
+
+/// A recorder whose clock is behind, and a link that stands for 8 s.
+TEST_F(ImportBag, LateMessagesToARecorderWhoseClockIsBehindAreOfOneClock) {
+  std::vector<SampleMessage> messages;
+  for (int i = 0; i < 100; ++i) {
+    const std::int64_t ns = kImported_ns + i * kTenth_ns;
+    messages.push_back(odometry_message("/odom", ns, 0.1 * i));
+    messages.back().time_ns = (i < 10 || i > 90 ? ns : kImported_ns + 90 * kTenth_ns) - 80'000'000'000;
+    messages.push_back(cloud_message("/points", ns));
+    messages.back().time_ns = ns + 100'000'000 - 80'000'000'000;
+  }
+  const auto done = import(messages, {.origin = kOrigin});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(count_told(*done, "so they are of another clock"), 0);
+  EXPECT_EQ(pose().at("ins_solutions").at("good"), 100);
+}
+
 /// A program that shows the way so far has all poses in each message, and says of none that it is the vehicle's.
 TEST_F(ImportBag, OfSeveralPosesInOneMessageNoneIsTheVehicles) {
   const auto with = [&](std::uint32_t poses) {
