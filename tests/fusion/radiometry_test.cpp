@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <optional>
 #include <random>
 #include <utility>
 #include <vector>
@@ -31,7 +30,7 @@ class Chance {
   }
   /// Returns a number of the standard normal distribution, by the polar method: two at a time.
   double normal() {
-    if (spare_) return *std::exchange(spare_, {});
+    if (std::exchange(has_spare_, false)) return spare_;
     double x = 0, y = 0, square = 0;
     do {
       x = 2 * share() - 1;
@@ -40,12 +39,14 @@ class Chance {
     } while (square > 1 || square == 0);
     const double scale = std::sqrt(-2 * std::log(square) / square);
     spare_ = x * scale;
+    has_spare_ = true;
     return y * scale;
   }
 
  private:
   std::mt19937& source_;
-  std::optional<double> spare_;
+  double spare_ = 0;
+  bool has_spare_ = false;
 };
 
 GpsTime exposed_at(double seconds) { return GpsTime(from_seconds(seconds)); }
