@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <numbers>
 #include <utility>
 
@@ -294,7 +295,12 @@ void DepthMap::Return::operator()(Planes* planes) const {
 }
 
 DepthMap::Planes::Planes(const DirectionGrid& grid)
-    : nearest(grid.size()), bounds(grid.size()), strips(grid.size() / kStrip + 1), is_written(Blocks(grid).size()) {}
+    : nearest(grid.size()),
+      bounds(static_cast<Bounds*>(std::calloc(grid.size(), sizeof(Bounds)))),
+      strips(grid.size() / kStrip + 1),
+      is_written(Blocks(grid).size()) {
+  if (!bounds) throw std::bad_alloc();
+}
 
 void DepthMap::Planes::clear(const DirectionGrid& grid) {
   for (std::size_t strip = 0; strip < strips.size(); ++strip)
@@ -307,8 +313,7 @@ void DepthMap::Planes::clear(const DirectionGrid& grid) {
     if (std::exchange(is_written[part], 0) == 0) continue;
     const Blocks::Cells cells = blocks[part];
     for (int row = cells.row; row < cells.end_row; ++row)
-      std::fill_n(bounds.begin() + static_cast<std::ptrdiff_t>(blocks.cell(row, cells.column)),
-                  cells.end_column - cells.column, Bounds{});
+      std::fill_n(bounds.get() + blocks.cell(row, cells.column), cells.end_column - cells.column, Bounds{});
   }
 }
 
@@ -320,7 +325,7 @@ DepthMap::DepthMap(const Config& config, std::shared_ptr<Memory> memory)
       most_(static_cast<float>(1.0 / config.nearest_m)),
       planes_(memory ? memory->take(grid_).release() : new Planes(grid_), Return{memory}),
       nearest_(planes_->nearest.data()),
-      bounds_(planes_->bounds.data()),
+      bounds_(planes_->bounds.get()),
       strips_(planes_->strips.data()) {}
 
 LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -111,11 +112,16 @@ class DepthMap {
 
   static constexpr std::uint8_t kChanged = 1;  // a strip has points since the last close()
   static constexpr std::uint8_t kSettled = 2;  // a strip has points, all of them older
+  struct FreeMemory {
+    void operator()(void* memory) const { std::free(memory); }
+  };
   struct Planes {
     explicit Planes(const DirectionGrid& grid);
     void clear(const DirectionGrid& grid);
-    std::vector<CodedNearness> nearest;    // of each cell
-    std::vector<Bounds> bounds;            // of each cell
+    std::vector<CodedNearness> nearest;  // of each cell
+    /// Of each cell. The system hands out this memory, which is all zeros, when it is written, and no points lie in much
+    /// of a map.
+    std::unique_ptr<Bounds[], FreeMemory> bounds;
     std::vector<std::uint8_t> strips;      // 0: without points
     std::vector<std::uint8_t> is_written;  // of each block of close(): whether its bounds may be other than 0
   };
