@@ -8,6 +8,8 @@
 #include <hwy/aligned_allocator.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <new>
 #include <numbers>
@@ -127,6 +129,35 @@ inline void store_coded(VF value, CodedNearness* to) {
   hn::StoreU(hn::DemoteTo(codes, hn::ShiftRight<kDroppedBits>(above)), codes, to);
 }
 
+/// Writes the indices of those of the points that are nearer than the nearest in their cells, and no nearer than
+/// `most`, 1/m. Returns how many there are. `out` has room for all points.
+std::size_t find_nearer(const CodedNearness* nearest, float most, const SeenPlaces& seen, std::uint32_t* out) {
+  const hn::CappedTag<float, 16> d;
+  const hn::RebindToSigned<decltype(d)> whole;
+  const hn::RebindToUnsigned<decltype(d)> bits;
+  const std::size_t lanes = hn::Lanes(d), size = seen.cell.size();
+  std::size_t count = 0, i = 0;
+  for (; i + lanes <= size; i += lanes) {
+    const auto nearness = hn::LoadU(d, seen.nearness.data() + i);
+    // As coded(), but for its limits, which only leave out.
+    const auto code = hn::ShiftRight<kDroppedBits>(
+        hn::Sub(hn::BitCast(whole, nearness), hn::Set(whole, static_cast<std::int32_t>(kFarthestBits))));
+    const auto offset = hn::ShiftLeft<1>(hn::BitCast(whole, hn::LoadU(bits, seen.cell.data() + i)));
+    const auto here = hn::And(hn::GatherOffset(whole, reinterpret_cast<const std::int32_t*>(nearest), offset),
+                              hn::Set(whole, 0xFFFF));
+    const auto is_nearer = hn::And(hn::Gt(code, here), hn::RebindMask(whole, hn::Le(nearness, hn::Set(d, most))));
+    if (hn::AllFalse(whole, is_nearer)) continue;
+    std::array<std::uint8_t, 8> found{};  // as many as StoreMaskBits() may write
+    hn::StoreMaskBits(whole, is_nearer, found.data());
+    for (std::uint32_t left = found[0] | static_cast<std::uint32_t>(found[1]) << 8; left != 0; left &= left - 1)
+      out[count++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(std::countr_zero(left));
+  }
+  for (; i < size; ++i)
+    if (coded(seen.nearness[i]) > nearest[seen.cell[i]] && seen.nearness[i] <= most)
+      out[count++] = static_cast<std::uint32_t>(i);
+  return count;
+}
+
 /// Fills the planes of `block` from the nearest points in kClosed.
 void close_gaps(DepthBlock& block) {
   const auto gap = [](const RowReach& row) { return row.gap; };
@@ -192,6 +223,7 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::fusion {
 namespace {
 HWY_EXPORT(close_gaps);
+HWY_EXPORT(find_nearer);
 HWY_EXPORT(write_bounds);
 
 int cells_of(double angle, double cell) { return std::max(1, static_cast<int>(std::lround(angle / cell))); }
@@ -273,7 +305,7 @@ class DepthMap::Memory {
         spare_.pop_back();
       }
     }
-    if (!planes || planes->nearest.size() != grid.size()) return std::make_unique<Planes>(grid);
+    if (!planes || planes->nearest.size() != grid.size() + 1) return std::make_unique<Planes>(grid);
     planes->clear(grid);
     return planes;
   }
@@ -295,7 +327,7 @@ void DepthMap::Return::operator()(Planes* planes) const {
 }
 
 DepthMap::Planes::Planes(const DirectionGrid& grid)
-    : nearest(grid.size()),
+    : nearest(grid.size() + 1),
       bounds(static_cast<Bounds*>(std::calloc(grid.size(), sizeof(Bounds)))),
       strips(grid.size() / kStrip + 1),
       is_written(Blocks(grid).size()) {
@@ -327,6 +359,12 @@ DepthMap::DepthMap(const Config& config, std::shared_ptr<Memory> memory)
       nearest_(planes_->nearest.data()),
       bounds_(planes_->bounds.get()),
       strips_(planes_->strips.data()) {}
+
+std::span<const std::uint32_t> DepthMap::nearer(const SeenPlaces& seen) const {
+  thread_local std::vector<std::uint32_t> found;
+  if (found.size() < seen.cell.size()) found.resize(seen.cell.size());
+  return {found.data(), HWY_DYNAMIC_DISPATCH(find_nearer)(nearest_, most_, seen, found.data())};
+}
 
 LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {
   const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;

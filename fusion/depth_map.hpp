@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fusion/coded_nearness.hpp"
@@ -66,6 +67,13 @@ class DepthMap {
     strips_[cell / kStrip] = kChanged;
     is_closed_ = false;
   }
+  /// Adds those of many points that locate_cells() found for which `is_wanted(index)` is true. It is asked only about
+  /// points that are nearer than all that were added to their cells before.
+  template <class IsWanted>
+  void add(const SeenPlaces& seen, const IsWanted& is_wanted) {
+    for (const std::uint32_t i : nearer(seen))
+      if (is_wanted(i)) add(seen.cell[i], seen.nearness[i]);
+  }
   /// Closes the gaps and finds the outlines of what was added until now, in the parts of the map where something was
   /// added since the last call. look() and meets() do not know of later points.
   void close();
@@ -118,9 +126,9 @@ class DepthMap {
   struct Planes {
     explicit Planes(const DirectionGrid& grid);
     void clear(const DirectionGrid& grid);
-    std::vector<CodedNearness> nearest;  // of each cell
-    /// Of each cell. The system hands out this memory, which is all zeros, when it is written, and no points lie in much
-    /// of a map.
+    std::vector<CodedNearness> nearest;  // of each cell, and one more, because vectors read two at a time
+    /// Of each cell. The system hands out this memory, which is all zeros, when it is written, and no points lie in
+    /// much of a map.
     std::unique_ptr<Bounds[], FreeMemory> bounds;
     std::vector<std::uint8_t> strips;      // 0: without points
     std::vector<std::uint8_t> is_written;  // of each block of close(): whether its bounds may be other than 0
@@ -131,6 +139,9 @@ class DepthMap {
     void operator()(Planes* planes) const;
   };
 
+  /// Returns the indices of the points that are nearer than the nearest in their cells; it is valid until the thread's
+  /// next call.
+  std::span<const std::uint32_t> nearer(const SeenPlaces& seen) const;
   LineOfSight judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const;
 
   Config config_;

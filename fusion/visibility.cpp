@@ -150,9 +150,11 @@ void Visibility::add_turns(const Moment& moment, std::uint64_t first, DepthMap& 
   for (std::uint64_t number = std::max(first_turn_, first); number < first_turn_ + turns_.size(); ++number) {
     const Turn& turn = turns_[static_cast<std::size_t>(number - first_turn_)];
     if (std::chrono::abs(turn.time - moment.time) > config_.depth_reach) continue;
-    locate_cells(grid_, moment.viewpoint->relative_to(turn.centre_enu), turn.skin, seen);
-    for (std::size_t i = 0; i < turn.skin.size(); ++i)
-      if (!turn.sightings[i].is_moving()) map.add(seen.cell[i], seen.nearness[i]);
+    const RelativeHead head = moment.viewpoint->relative_to(turn.centre_enu);
+    for (std::size_t begin = 0; begin < turn.skin.size(); begin += kSkinPiece) {
+      locate_cells(grid_, head, turn.skin, begin, std::min(turn.skin.size(), begin + kSkinPiece), seen);
+      map.add(seen, [&](std::uint32_t i) { return !turn.sightings[begin + i].is_moving(); });
+    }
   }
 }
 

@@ -10,6 +10,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/each_instruction_set.hpp"
+
 namespace hueline::fusion {
 namespace {
 using Eigen::Vector3d;
@@ -63,6 +65,47 @@ TEST(DepthMap, KnowsWhereNoBeamWent) {
   for (double x = 4; x < 8; x += 0.05) EXPECT_FALSE(is_blank({x, 0, -2.5})) << x;
   for (double x = 1; x < 3.5; x += 0.05) EXPECT_TRUE(is_blank({x, 0, -2.5})) << x;
   EXPECT_TRUE(is_blank({10, 0, 1}));
+}
+
+TEST(DepthMap, ManyPointsAtOnceGiveTheMapThatEachAloneGives) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> anywhere(-1, 1), far(0.5, 60);
+  const DirectionGrid grid(DepthMap::Config().cell);
+  // More than one point in many cells, some too near for a map, and no whole number of vectors. The last ones are in
+  // the grid's first and last cells.
+  SeenPlaces seen;
+  for (int i = 0; i < 20'003; ++i) {
+    const Vector3d ray(anywhere(random), anywhere(random), 0.2 * anywhere(random));
+    const SeenPlaces one = seen_at(grid, far(random) * ray.normalized());
+    seen.cell.push_back(one.cell[0]);
+    seen.nearness.push_back(one.nearness[0]);
+  }
+  for (const std::size_t cell : {std::size_t{0}, grid.size() - 1}) {
+    seen.cell.push_back(static_cast<std::uint32_t>(cell));
+    seen.nearness.push_back(0.1f);
+  }
+  const auto is_wanted = [](std::uint32_t i) { return i % 5 != 0; };
+  DepthMap expected({});
+  std::size_t added = 0;
+  for (std::uint32_t i = 0; i < seen.cell.size(); ++i)
+    if (is_wanted(i)) expected.add(seen.cell[i], seen.nearness[i]), ++added;
+  expected.close();
+  test::with_each_instruction_set([&] {
+    DepthMap map({});
+    std::size_t asked = 0;
+    for (int again = 0; again < 2; ++again)
+      map.add(seen, [&](std::uint32_t i) {
+        ++asked;
+        return is_wanted(i);
+      });
+    map.close();
+    for (std::uint32_t cell = 0; cell < grid.size(); ++cell) {
+      ASSERT_EQ(map.nearest_point(cell), expected.nearest_point(cell)) << cell;
+      ASSERT_EQ(map.surface(cell), expected.surface(cell)) << cell;
+    }
+    // Of the second time only those that are not wanted may still be nearer.
+    EXPECT_LT(asked, added + 2 * (seen.cell.size() - added));
+  });
 }
 
 TEST(DepthMap, NoPlaneHidesItself) {
