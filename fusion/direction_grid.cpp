@@ -25,8 +25,8 @@ V eighth(D d, V smaller, V larger) {
 
 /// One vector of places. Multiplications and additions stay apart, so that no instruction set rounds differently.
 template <bool kWithParallax, class D>
-void locate_vector(D d, const RelativeHead& head, float columns, float rows, const float* px, const float* py,
-                   const float* pz, std::uint32_t* cell, float* nearness, float* parallax) {
+void locate_vector(D d, const CellOrder& order, const RelativeHead& head, float columns, float rows, const float* px,
+                   const float* py, const float* pz, std::uint32_t* cell, float* nearness, float* parallax) {
   const auto set = [d](float value) { return hn::Set(d, value); };
   const auto zero = hn::Zero(d), one = set(1.0f);
   const auto x = hn::LoadU(d, px), y = hn::LoadU(d, py), z = hn::LoadU(d, pz);
@@ -65,20 +65,21 @@ void locate_vector(D d, const RelativeHead& head, float columns, float rows, con
                               hn::Set(whole, static_cast<std::int32_t>(columns) - 1));
   const auto row = hn::Min(hn::ConvertTo(whole, hn::Mul(hn::Add(rise, one), set(rows * 0.5f))),
                            hn::Set(whole, static_cast<std::int32_t>(rows) - 1));
-  const auto index = hn::Add(hn::Mul(row, hn::Set(whole, static_cast<std::int32_t>(columns))), column);
+  const auto index = hn::Add(hn::Mul(row, hn::Set(whole, order.per_row)),
+                             hn::Add(hn::Mul(column, hn::Set(whole, order.per_column)), hn::Set(whole, order.first)));
   hn::StoreU(hn::BitCast(hn::Rebind<std::uint32_t, D>(), index), hn::Rebind<std::uint32_t, D>(), cell);
   hn::StoreU(hn::IfThenElse(hn::Gt(from_head, set(1e-6f)), near, zero), d, nearness);
 }
 
 template <bool kWithParallax>
-void locate_with(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
-                 SeenPlaces& out) {
+void locate_with(const DirectionGrid& grid, const CellOrder& order, const RelativeHead& head, const float* px,
+                 const float* py, const float* pz, SeenPlaces& out) {
   const hn::CappedTag<float, 16> d;
   const std::size_t lanes = hn::Lanes(d), count = out.cell.size();
   const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    locate_vector<kWithParallax>(d, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i,
+    locate_vector<kWithParallax>(d, order, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i,
                                  out.nearness.data() + i, kWithParallax ? out.parallax.data() + i : nullptr);
   if (i == count) return;
   std::array<float, 16> x{}, y{}, z{}, nearness{}, parallax{};
@@ -87,19 +88,19 @@ void locate_with(const DirectionGrid& grid, const RelativeHead& head, const floa
   std::copy_n(px + first, last, x.begin());
   std::copy_n(py + first, last, y.begin());
   std::copy_n(pz + first, last, z.begin());
-  locate_vector<kWithParallax>(d, head, columns, rows, x.data(), y.data(), z.data(), cell.data(), nearness.data(),
-                               parallax.data());
+  locate_vector<kWithParallax>(d, order, head, columns, rows, x.data(), y.data(), z.data(), cell.data(),
+                               nearness.data(), parallax.data());
   std::copy_n(cell.begin(), last, out.cell.begin() + first);
   std::copy_n(nearness.begin(), last, out.nearness.begin() + first);
   if (kWithParallax) std::copy_n(parallax.begin(), last, out.parallax.begin() + first);
 }
 
-void locate(const DirectionGrid& grid, const RelativeHead& head, const float* px, const float* py, const float* pz,
-            bool with_parallax, SeenPlaces& out) {
+void locate(const DirectionGrid& grid, const CellOrder& order, const RelativeHead& head, const float* px,
+            const float* py, const float* pz, bool with_parallax, SeenPlaces& out) {
   if (with_parallax) {
-    locate_with<true>(grid, head, px, py, pz, out);
+    locate_with<true>(grid, order, head, px, py, pz, out);
   } else {
-    locate_with<false>(grid, head, px, py, pz, out);
+    locate_with<false>(grid, order, head, px, py, pz, out);
   }
 }
 
@@ -110,6 +111,10 @@ HWY_AFTER_NAMESPACE();
 namespace hueline::fusion {
 HWY_EXPORT(locate);
 
+namespace {
+CellOrder row_by_row(const DirectionGrid& grid) { return {1, grid.columns, 0}; }
+}  // namespace
+
 DirectionGrid::DirectionGrid(double cell)
     : columns(std::max(8, static_cast<int>(std::lround(2 * std::numbers::pi / cell)))),
       rows(std::max(4, static_cast<int>(std::lround(std::numbers::pi / cell)))) {}
@@ -118,20 +123,33 @@ void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativeP
   out.cell.resize(places.size());
   out.nearness.resize(places.size());
   out.parallax.resize(places.size());
-  HWY_DYNAMIC_DISPATCH(locate)(grid, head, places.x.data(), places.y.data(), places.z.data(), true, out);
+  HWY_DYNAMIC_DISPATCH(locate)
+  (grid, row_by_row(grid), head, places.x.data(), places.y.data(), places.z.data(), true, out);
 }
 
-void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
-                  std::size_t end, SeenPlaces& out) {
+namespace {
+void locate_cells_from(const DirectionGrid& grid, const CellOrder& order, const RelativeHead& head,
+                       const RelativePlaces& places, std::size_t begin, std::size_t end, SeenPlaces& out) {
   out.cell.resize(end - begin);
   out.nearness.resize(end - begin);
   out.parallax.clear();
   HWY_DYNAMIC_DISPATCH(locate)
-  (grid, head, places.x.data() + begin, places.y.data() + begin, places.z.data() + begin, false, out);
+  (grid, order, head, places.x.data() + begin, places.y.data() + begin, places.z.data() + begin, false, out);
+}
+}  // namespace
+
+void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
+                  std::size_t end, SeenPlaces& out) {
+  locate_cells_from(grid, row_by_row(grid), head, places, begin, end, out);
 }
 
 void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out) {
   locate_cells(grid, head, places, 0, places.size(), out);
+}
+
+void locate_cells(const DirectionGrid& grid, const CellOrder& order, const RelativeHead& head,
+                  const RelativePlaces& places, SeenPlaces& out) {
+  locate_cells_from(grid, order, head, places, 0, places.size(), out);
 }
 }  // namespace hueline::fusion
 #endif

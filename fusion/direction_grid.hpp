@@ -45,9 +45,14 @@ struct RelativeHead {
   }
 };
 
+/// How a user of a grid numbers its cells: a cell has the index column * per_column + row * per_row + first.
+struct CellOrder {
+  std::int32_t per_column, per_row, first;
+};
+
 /// Where the head sees places, one element for each place.
 struct SeenPlaces {
-  std::vector<std::uint32_t> cell;  ///< index in the grid: row * columns + column
+  std::vector<std::uint32_t> cell;  ///< index in the grid: row * columns + column, where no other order is given
   std::vector<float> nearness;      ///< 1 / distance from the head's centre, 1/m
   /// Angle between the lines to the place from the head and from the places' origin, as a chord, rad. The origin is a
   /// scanner, and the scanner saw the place. Empty if locate_cells() found the places.
@@ -57,9 +62,11 @@ struct SeenPlaces {
 /// Calculates where the head sees the places. Places at the head's centre get a nearness of 0. Uses the widest vector
 /// instructions that the processor has; the results have the same bits with each of them.
 void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out);
-/// The same without the parallax, which costs half of the time, for all places and for those from index `begin` to
-/// `end`.
+/// The same without the parallax, which costs half of the time, for all places, in another order of the cells, and for
+/// the places from index `begin` to `end`.
 void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out);
+void locate_cells(const DirectionGrid& grid, const CellOrder& order, const RelativeHead& head,
+                  const RelativePlaces& places, SeenPlaces& out);
 void locate_cells(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, std::size_t begin,
                   std::size_t end, SeenPlaces& out);
 

@@ -53,11 +53,15 @@ void Visibility::complete(OpenTurn& open) {
     const Eigen::Vector3f from = (batch.placed.scanner_enu - turn.centre_enu).cast<float>();
     return std::array<float, 3>{from.x(), from.y(), from.z()};
   };
+  std::size_t points = 0;
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     const PlacedBatch& batch = *open.batches[b];
-    locate_cells(grid_, {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
+    locate_cells(grid_, skin_->order(), {kEnuAxes, offset(batch)}, batch.placed.places, seen[b]);
     skin_->add(seen[b]);
+    points += batch.placed.places.size();
   }
+  thread_local RelativePlaces skin;  // with room for all points
+  for (std::vector<float>* axis : {&skin.x, &skin.y, &skin.z}) axis->assign(points, 0);
   const std::uint64_t number = first_turn_ + turns_.size();
   for (std::size_t b = 0; b < open.batches.size(); ++b) {
     PlacedBatch& batch = *open.batches[b];
@@ -68,9 +72,16 @@ void Visibility::complete(OpenTurn& open) {
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto [index, is_on_skin] = skin_->stand_in(seen[b].cell[i], seen[b].nearness[i]);
       batch.on_skin[i] = index;
-      if (index == turn.skin.size()) turn.skin.resize(index + 1);
-      if (is_on_skin) turn.skin.set(index, {places.x[i] + from[0], places.y[i] + from[1], places.z[i] + from[2]});
+      if (is_on_skin) skin.set(index, {places.x[i] + from[0], places.y[i] + from[1], places.z[i] + from[2]});
     }
+  }
+  const auto taken = static_cast<std::ptrdiff_t>(skin_->size());
+  turn.skin.x.assign(skin.x.begin(), skin.x.begin() + taken);
+  turn.skin.y.assign(skin.y.begin(), skin.y.begin() + taken);
+  turn.skin.z.assign(skin.z.begin(), skin.z.begin() + taken);
+  if (!spare_neighbours_.empty()) {
+    turn.neighbours = std::move(spare_neighbours_.back());
+    spare_neighbours_.pop_back();
   }
   skin_->neighbours(turn.neighbours);
   skin_->clear();
@@ -94,12 +105,12 @@ void Visibility::ask(Turn& turn, const Turn& beams, std::size_t begin, std::size
   beams.beams.count(seen, turn.own.data() + begin);
 }
 
-void Visibility::sum_sightings(Turn& turn) {
+void Visibility::sum_sightings(Turn& turn) const {
+  thread_local std::vector<PresenceCount> sums;
+  if (sums.size() < turn.own.size()) sums.resize(turn.own.size());
+  skin_->sum_around(turn.neighbours, turn.own.data(), sums.data());
   for (std::size_t i = 0; i < turn.own.size(); ++i) {
-    const PresenceCount own = turn.own[i];
-    PresenceCount sum = own;
-    for (std::uint32_t k = turn.neighbours.first[i]; k < turn.neighbours.first[i + 1]; ++k)
-      sum += turn.own[turn.neighbours.indices[k]];
+    const PresenceCount own = turn.own[i], sum = sums[i];
     const auto sightings = [](PresenceCount count) {
       return Sightings{static_cast<std::uint16_t>(count.free()), static_cast<std::uint16_t>(count.occupied())};
     };
@@ -132,16 +143,18 @@ void Visibility::ask_around(WorkerPool& pool, std::uint64_t first, bool everythi
       if (is_near(turns_[piece.turn], turns_[b])) ask(turns_[piece.turn], turns_[b], piece.begin, piece.end);
   });
   const bool is_due = everything || first / kSumEvery != (first_turn_ + turns_.size()) / kSumEvery;
+  const auto is_over = [&](const Turn& turn) {
+    return turn.time + config_.turn_reach + kLateTurn < turns_[first_new].time;
+  };
   pool.run(turns_.size(), [&](std::size_t t) {
-    Turn& turn = turns_[t];
-    const bool is_over = turn.time + config_.turn_reach + kLateTurn < turns_[first_new].time;
-    if (!turn.own.empty() && (is_due || is_over || t >= first_new)) sum_sightings(turn);
-    if (is_over) {
-      // Nothing is added to its sightings any more.
-      turn.own = {};
-      turn.neighbours = {};
-    }
+    if (!turns_[t].own.empty() && (is_due || is_over(turns_[t]) || t >= first_new)) sum_sightings(turns_[t]);
   });
+  for (Turn& turn : turns_) {
+    if (turn.own.empty() || !is_over(turn)) continue;
+    // Nothing is added to its sightings any more.
+    turn.own = {};
+    spare_neighbours_.push_back(std::move(turn.neighbours));
+  }
 }
 
 /// Adds what stands still in the turns from number `first` on.

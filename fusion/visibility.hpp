@@ -113,7 +113,7 @@ class Visibility {
     std::vector<Sightings> sightings;  ///< the sum over the point and its neighbours
     /// The neighbours of each point on the same surface. They and `own` are there as long as other turns may come that
     /// are asked about this one.
-    IndexLists neighbours;
+    std::vector<TurnSkin::Neighbours> neighbours;
     BeamMap beams;
   };
   /// A turn that has not ended.
@@ -122,7 +122,7 @@ class Visibility {
     std::vector<PlacedBatch*> batches;
   };
   void complete(OpenTurn& open);
-  static void sum_sightings(Turn& turn);
+  void sum_sightings(Turn& turn) const;
   void ask_around(WorkerPool& pool, std::uint64_t first, bool everything);
   void ask(Turn& turn, const Turn& beams, std::size_t begin, std::size_t end) const;
 
@@ -131,7 +131,8 @@ class Visibility {
   std::shared_ptr<DepthMap::Memory> memory_ = DepthMap::make_memory();
   std::map<SensorId, OpenTurn> open_;
   std::optional<TurnSkin> skin_;  // of the turn that is being completed; made with the first
-  std::uint64_t next_batch_ = 0;  // number of the first batch that was not added yet
+  std::vector<std::vector<TurnSkin::Neighbours>> spare_neighbours_;  // memory for the next turns
+  std::uint64_t next_batch_ = 0;                                     // number of the first batch that was not added yet
   std::deque<Turn> turns_;
   std::uint64_t first_turn_ = 1;  // number of the first of turns_; 0 is none
   GpsTime newest_{};              // middle of the newest turn

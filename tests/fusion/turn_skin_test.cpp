@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -33,14 +34,25 @@ struct Skin {
   std::vector<std::uint32_t> stands_for;  ///< of each point of the turn
   std::vector<std::uint32_t> cell;        ///< of each point of the skin
   std::vector<float> nearness;
-  IndexLists neighbours;
+  std::vector<TurnSkin::Neighbours> neighbours;
 };
 
+/// Points whose cells are numbered as the skin numbers them.
+SeenPlaces in_order(const TurnSkin& turn, SeenPlaces seen) {
+  const CellOrder order = turn.order();
+  for (std::uint32_t& cell : seen.cell) {
+    const int row = static_cast<int>(cell) / turn.grid().columns, column = static_cast<int>(cell) % turn.grid().columns;
+    cell = static_cast<std::uint32_t>(column * order.per_column + row * order.per_row + order.first);
+  }
+  return seen;
+}
+
 Skin skin_of(TurnSkin& turn, const SeenPlaces& seen) {
-  turn.add(seen);
+  const SeenPlaces ordered = in_order(turn, seen);
+  turn.add(ordered);
   Skin skin;
   for (std::size_t i = 0; i < seen.cell.size(); ++i) {
-    const auto [index, is_on_skin] = turn.stand_in(seen.cell[i], seen.nearness[i]);
+    const auto [index, is_on_skin] = turn.stand_in(ordered.cell[i], seen.nearness[i]);
     EXPECT_LE(index, skin.cell.size());
     if (index == skin.cell.size()) {
       skin.cell.push_back(seen.cell[i]);
@@ -54,6 +66,27 @@ Skin skin_of(TurnSkin& turn, const SeenPlaces& seen) {
   turn.clear();
   EXPECT_EQ(turn.size(), 0U);
   return skin;
+}
+
+/// The neighbours of each point of the skin: those that add something to the sums if each in turn is counted alone.
+std::vector<std::vector<std::uint32_t>> listed(const TurnSkin& turn, const Skin& skin) {
+  const std::size_t size = skin.cell.size();
+  std::vector<std::vector<std::uint32_t>> out(size);
+  std::vector<PresenceCount> counts(size), sums(size);
+  // Four at a time, in counts that tell them apart: 1 and 30 of each kind.
+  for (std::uint32_t first = 0; first < size; first += 4) {
+    constexpr std::array<std::uint32_t, 4> kUnits{1, 30, 1U << 16, 30U << 16};
+    for (std::uint32_t k = 0; k < 4 && first + k < size; ++k) counts[first + k].bits = kUnits[k];
+    turn.sum_around(skin.neighbours, counts.data(), sums.data());
+    for (std::uint32_t i = 0; i < size; ++i)
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t of_kind = k < 2 ? sums[i].free() : sums[i].occupied();
+        const bool is_added = (k % 2 == 0 ? of_kind % 30 : of_kind / 30) != 0;
+        if (is_added && first + k != i) out[i].push_back(first + k);
+      }
+    for (std::uint32_t k = 0; k < 4 && first + k < size; ++k) counts[first + k].bits = 0;
+  }
+  return out;
 }
 
 /// The points of the skin within 5 rows and 2 columns whose nearness differs by 4 % at most.
@@ -104,11 +137,10 @@ TEST(TurnSkin, ListsTheNeighboursOnTheSameSurface) {
     for (const int middle_row : {0, grid.rows / 2, grid.rows - 1})
       for (const std::size_t points : {300U, 5000U}) {
         const Skin skin = skin_of(turn, random_turn(grid, middle_row, points, 2));
-        ASSERT_EQ(skin.neighbours.first.size(), skin.cell.size() + 1);
+        ASSERT_EQ(skin.neighbours.size(), skin.cell.size());
+        const std::vector<std::vector<std::uint32_t>> lists = listed(turn, skin);
         for (std::uint32_t i = 0; i < skin.cell.size(); ++i) {
-          std::vector<std::uint32_t> found(skin.neighbours.indices.begin() + skin.neighbours.first[i],
-                                           skin.neighbours.indices.begin() + skin.neighbours.first[i + 1]);
-          std::sort(found.begin(), found.end());
+          const std::vector<std::uint32_t>& found = lists[i];
           const std::vector<std::uint32_t> expected = beside(grid, skin, i);
           if (expected.size() <= TurnSkin::kMostNeighbours) {
             ASSERT_EQ(found, expected) << i;
@@ -126,6 +158,29 @@ TEST(TurnSkin, ListsTheNeighboursOnTheSameSurface) {
   });
 }
 
+TEST(TurnSkin, SumsWhatWasCountedForAPointAndItsNeighbours) {
+  const DirectionGrid grid(kCell);
+  TurnSkin turn(grid);
+  const Skin skin = skin_of(turn, random_turn(grid, grid.rows / 2, 700, 5));
+  std::mt19937 random(6);
+  std::vector<PresenceCount> counts(skin.cell.size()), sums(skin.cell.size()), expected;
+  for (PresenceCount& count : counts) count.bits = static_cast<std::uint32_t>(random() % 1001 << 16 | random() % 1001);
+  const std::vector<std::vector<std::uint32_t>> lists = listed(turn, skin);
+  std::size_t neighbours = 0;
+  for (std::uint32_t i = 0; i < counts.size(); ++i) {
+    expected.push_back(counts[i]);
+    for (const std::uint32_t k : lists[i]) expected.back() += counts[k];
+    neighbours += lists[i].size();
+  }
+  EXPECT_GT(neighbours, counts.size());
+  // What the skin holds of a later turn changes nothing.
+  turn.add(in_order(turn, random_turn(grid, grid.rows / 2, 700, 7)));
+  test::with_each_instruction_set([&] {
+    turn.sum_around(skin.neighbours, counts.data(), sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) ASSERT_EQ(sums[i].bits, expected[i].bits) << i;
+  });
+}
+
 TEST(TurnSkin, ForgetsTheTurnBefore) {
   const DirectionGrid grid(kCell);
   TurnSkin used(grid), fresh(grid);
@@ -134,7 +189,7 @@ TEST(TurnSkin, ForgetsTheTurnBefore) {
   const Skin after = skin_of(used, seen), first = skin_of(fresh, seen);
   EXPECT_EQ(after.stands_for, first.stands_for);
   EXPECT_EQ(after.nearness, first.nearness);
-  EXPECT_EQ(after.neighbours.indices, first.neighbours.indices);
+  EXPECT_EQ(listed(used, after), listed(fresh, first));
 }
 
 }  // namespace
