@@ -41,9 +41,11 @@ class BeamMap {
 
  private:
   DirectionGrid grid_;
-  std::vector<CodedNearness> nearest_;
-  /// The nearest point in a cell and its neighbours, 0 if there is none, and in the upper half the farthest.
+  std::vector<CodedNearness> nearest_;  // until finish()
+  /// The nearest point in a cell and its neighbours, 0 if there is none, and in the upper half the farthest: of the
+  /// rows that the beams reach, and a last one of nothing.
   std::vector<std::uint32_t> spans_;
+  std::uint32_t first_cell_ = 0;  // of spans_
 };
 
 }  // namespace hueline::fusion

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <vector>
+
+#include "tests/support/each_instruction_set.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -64,6 +67,33 @@ TEST_F(BeforeAWall, SaysNothingOfDirectionsWithoutBeams) {
   EXPECT_EQ(ask(-6, 0, 0), Presence::Unknown);
   EXPECT_EQ(ask(1, 0, 5), Presence::Unknown);
   EXPECT_EQ(ask(0, 0, 0), Presence::Unknown);
+}
+
+TEST_F(BeforeAWall, KnowsTheRowsThatTheBeamsReachAndThoseBesideThem) {
+  const auto cell = [&](int row, int column) { return static_cast<std::uint32_t>(row * grid.columns + column); };
+  for (const int row : {0, 40, grid.rows - 1})
+    test::with_each_instruction_set([&] {
+      BeamMap one(grid);
+      one.add(cell(row, 7), 1 / 30.0f);
+      one.finish();
+      SeenPlaces seen;
+      for (int r = 0; r < grid.rows; ++r)
+        for (const int column : {5, 7, 8}) {
+          seen.cell.push_back(cell(r, column));
+          seen.nearness.push_back(0.1f);
+        }
+      std::vector<PresenceCount> counts(seen.cell.size());
+      one.count(seen, counts.data());
+      for (std::size_t i = 0; i < counts.size(); ++i) {
+        const bool is_beside = std::abs(static_cast<int>(i) / 3 - row) <= 1 && i % 3 != 0;
+        ASSERT_EQ(counts[i].free(), is_beside ? 1U : 0U) << row << " " << i;
+      }
+    });
+  BeamMap none(grid);
+  none.finish();
+  PresenceCount count;
+  none.count(at(6, -2, 0), &count);
+  EXPECT_EQ(count.bits, 0U);
 }
 
 TEST_F(BeforeAWall, CountsEachOfManyPlacesAsItCountsOne) {
