@@ -252,6 +252,24 @@ void Colouring::flush() {
   forget();
 }
 
+/// Returns a batch that has its number, and memory for its places.
+PlacedBatch Colouring::unplaced(StampedLaserBatch&& batch) {
+  PlacedBatch out;
+  if (!coloured_spare_.empty()) {
+    out.placed = std::move(coloured_spare_.back());
+    coloured_spare_.pop_back();
+  }
+  if (!gone_spare_.empty()) {
+    out.placed.places = std::move(gone_spare_.back().placed.places);
+    out.on_skin = std::move(gone_spare_.back().on_skin);
+    out.on_skin.clear();
+    gone_spare_.pop_back();
+  }
+  out.batch = std::move(batch);
+  out.number = next_number_++;
+  return out;
+}
+
 void Colouring::place_ready(bool everything) {
   const std::size_t first = placed_.size();
   while (!pending_.empty()) {
@@ -259,7 +277,8 @@ void Colouring::place_ready(bool everything) {
     const bool is_forced = counts_.pending_returns > config_.max_pending_returns;
     const bool is_settled = trajectory_.is_settled(last) || (watermark_ && *watermark_ >= last + config_.max_lateness);
     if (!everything && !is_settled && !is_forced) break;
-    placed_.push_back({std::move(pending_.front()), {}, last, next_number_++, 0, {}});
+    placed_.push_back(unplaced(std::move(pending_.front())));
+    placed_.back().last = last;
     pending_.pop_front();
   }
   pool_->run(placed_.size() - first, [&](std::size_t i) {
@@ -426,7 +445,9 @@ void Colouring::colour_batches(std::size_t count) {
     GeoreferencedBatch kept;
     kept.places = std::move(batch.placed.places);
     kept.scanner_enu = batch.placed.scanner_enu;
-    batch.placed = std::move(kept);
+    std::swap(batch.placed, kept);
+    if (coloured_spare_.size() < placed_.size() - coloured_ + kBatchesAtOnce)
+      coloured_spare_.push_back(std::move(kept));
   }
   if (total > 0 && sight_sink_) sight_sink_(block_, judged_);
   if (total > 0) sink_(block_);
@@ -464,6 +485,7 @@ void Colouring::forget() {
   while (coloured_ > 0 && !is_in_open_turn(placed_.front()) &&
          (placed_.front().batch.time < oldest - reach_behind() || kept_returns_ > config_.max_pending_returns)) {
     kept_returns_ -= placed_.front().placed.places.size();
+    if (gone_spare_.size() < placed_.size()) gone_spare_.push_back(std::move(placed_.front()));
     placed_.pop_front();
     --coloured_;
   }

@@ -139,6 +139,7 @@ class Colouring {
   struct Piece;
   struct Found;
   void place_ready(bool everything);
+  PlacedBatch unplaced(StampedLaserBatch&& batch);
   void resolve_viewpoints(bool everything);
   void tell_lenses(const Exposure& exposure, Moment& moment) const;
   HeadMotion motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const;
@@ -190,6 +191,10 @@ class Colouring {
   std::size_t coloured_ = 0;        // number of the former
   std::size_t kept_returns_ = 0;    // returns in them
   std::uint64_t next_number_ = 0;
+  // Their memory serves the next batches: what coloured batches no longer need, and the places of those that are gone.
+  // They are at most about as many as the batches that wait, and those that are there.
+  std::vector<GeoreferencedBatch> coloured_spare_;
+  std::vector<PlacedBatch> gone_spare_;
   std::vector<Piece> pieces_;
   CloudBlock block_;
   std::vector<JudgedSight> judged_;  // of block_, if there is a sight_sink_

@@ -74,6 +74,8 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
     out.source.resize(size);
   };
   resize(batch.returns.size());
+  out.scanner_enu.setZero();
+  out.leapt = {};
   out.no_pose.fill(0);
   out.empty = 0;
   if (batch.returns.empty()) return;
@@ -86,7 +88,8 @@ void georeference(const StampedLaserBatch& batch, const LaserMount& mount, const
   const std::int64_t segments = std::clamp<std::int64_t>((span + pose_step.count() - 1) / pose_step.count(), 1, 4096);
   const double sigma_time_s = to_seconds(batch.sigma);
   const GpsTime start = batch.time + nanoseconds(first);
-  std::vector<Placement> nodes(static_cast<std::size_t>(segments) + 1);
+  thread_local std::vector<Placement> nodes;
+  nodes.resize(static_cast<std::size_t>(segments) + 1);
   for (std::int64_t i = 0; i <= segments; ++i) {
     nodes[static_cast<std::size_t>(i)] =
         placement_at(start + nanoseconds(span * i / segments), sigma_time_s, mount, trajectory);
