@@ -79,6 +79,7 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
     for (const Moment* by : seen_by) {
       const RelativeHead head = by->viewpoint->relative_to(placed.scanner_enu);
       locate_cells(visibility_.grid(), head, relative, seen);
+      for (const std::uint32_t cell : seen.cell) Visibility::prefetch(*by, cell);
       sights.lens.clear();
       sights.x.clear();
       sights.y.clear();
