@@ -347,6 +347,7 @@ void Colouring::resolve_viewpoints(bool everything) {
     for (int k = 0; k < 9; ++k) viewpoint.R_head_enu[static_cast<std::size_t>(k)] = static_cast<float>(R(k / 3, k % 3));
     viewpoint.centre_enu = T_head_enu.inverse().translation;
     viewpoint.leapt = pose->leapt;
+    viewpoint.eyes = projector_.eyes();
     if (is_moved) viewpoint.motion = motion_at(moment.time, T_head_enu);
     viewpoint.motion.lateness = moment.lateness;
     moment.viewpoint = viewpoint;

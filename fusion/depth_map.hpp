@@ -24,7 +24,7 @@ enum class LineOfSight : std::uint8_t {
   Clear,      ///< nothing nearer lies within the guard
 };
 
-/// The distances at which laser points lie, as seen from the centre of the head, in the cells of a DirectionGrid. Each
+/// The distances at which laser points lie, as the lenses of a head see them, in the cells of a DirectionGrid. Each
 /// cell keeps the nearest point. close() then closes the gaps between the points of a surface and marks the cells
 /// beside the outline of something nearer.
 ///
@@ -32,8 +32,8 @@ enum class LineOfSight : std::uint8_t {
 /// far as the farthest window that contains it. So a gap that is narrower than a window is filled, a plane stays what
 /// it is, and outlines do not grow. Within 15 degrees of straight up and straight down, gaps are closed less.
 ///
-/// The lenses lie a few centimetres from the head's centre. What is nearer than a few metres is therefore seen by them
-/// in a direction that differs by a few cells.
+/// Each direction is seen from the lens whose axis is nearest (RelativeHead::eyes). Where the parts of two lenses meet,
+/// what is nearer than a few metres lies beside its continuation by the parallax of the two.
 ///
 /// Thread safety: one thread adds and closes; look() and meets() may then be called by many.
 class DepthMap {

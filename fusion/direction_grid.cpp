@@ -23,15 +23,46 @@ V eighth(D d, V smaller, V larger) {
   return hn::Mul(q, hn::Sub(hn::Set(d, 0.67382f), hn::Mul(hn::Set(d, 0.17382f), q)));
 }
 
+/// The eyes of a head with axes parallel to ENU.
+struct EnuEyes {
+  explicit EnuEyes(const RelativeHead& head) : count(std::min(head.eyes.size(), kMost)) {
+    const auto& R = head.R_head_enu;
+    const auto to_enu = [&R](const std::array<float, 3>& a) {
+      return std::array<float, 3>{R[0] * a[0] + R[3] * a[1] + R[6] * a[2], R[1] * a[0] + R[4] * a[1] + R[7] * a[2],
+                                  R[2] * a[0] + R[5] * a[1] + R[8] * a[2]};
+    };
+    for (std::size_t k = 0; k < count; ++k) each[k] = {to_enu(head.eyes[k].axis), to_enu(head.eyes[k].centre)};
+  }
+  static constexpr std::size_t kMost = 32;
+  std::size_t count;
+  std::array<LensEye, kMost> each;
+};
+
 /// One vector of places. Multiplications and additions stay apart, so that no instruction set rounds differently.
 template <bool kWithParallax, class D>
-void locate_vector(D d, const CellOrder& order, const RelativeHead& head, float columns, float rows, const float* px,
-                   const float* py, const float* pz, std::uint32_t* cell, float* nearness, float* parallax) {
+void locate_vector(D d, const CellOrder& order, const RelativeHead& head, const EnuEyes& eyes, float columns,
+                   float rows, const float* px, const float* py, const float* pz, std::uint32_t* cell, float* nearness,
+                   float* parallax) {
   const auto set = [d](float value) { return hn::Set(d, value); };
   const auto zero = hn::Zero(d), one = set(1.0f);
   const auto x = hn::LoadU(d, px), y = hn::LoadU(d, py), z = hn::LoadU(d, pz);
-  const auto ex = hn::Add(x, set(head.origin[0])), ey = hn::Add(y, set(head.origin[1])),
-             ez = hn::Add(z, set(head.origin[2]));
+  auto ex = hn::Add(x, set(head.origin[0])), ey = hn::Add(y, set(head.origin[1])), ez = hn::Add(z, set(head.origin[2]));
+  if (eyes.count > 0) {
+    auto best = set(-1e30f), cx = zero, cy = zero, cz = zero;
+    for (std::size_t k = 0; k < eyes.count; ++k) {
+      const auto& [axis, centre] = eyes.each[k];
+      const auto along =
+          hn::Add(hn::Add(hn::Mul(set(axis[0]), ex), hn::Mul(set(axis[1]), ey)), hn::Mul(set(axis[2]), ez));
+      const auto is_nearer = hn::Gt(along, best);
+      best = hn::IfThenElse(is_nearer, along, best);
+      cx = hn::IfThenElse(is_nearer, set(centre[0]), cx);
+      cy = hn::IfThenElse(is_nearer, set(centre[1]), cy);
+      cz = hn::IfThenElse(is_nearer, set(centre[2]), cz);
+    }
+    ex = hn::Sub(ex, cx);
+    ey = hn::Sub(ey, cy);
+    ez = hn::Sub(ez, cz);
+  }
   const auto squared = [](auto a, auto b, auto c) {
     return hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
   };
@@ -77,9 +108,10 @@ void locate_with(const DirectionGrid& grid, const CellOrder& order, const Relati
   const hn::CappedTag<float, 16> d;
   const std::size_t lanes = hn::Lanes(d), count = out.cell.size();
   const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
+  const EnuEyes eyes(head);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    locate_vector<kWithParallax>(d, order, head, columns, rows, px + i, py + i, pz + i, out.cell.data() + i,
+    locate_vector<kWithParallax>(d, order, head, eyes, columns, rows, px + i, py + i, pz + i, out.cell.data() + i,
                                  out.nearness.data() + i, kWithParallax ? out.parallax.data() + i : nullptr);
   if (i == count) return;
   std::array<float, 16> x{}, y{}, z{}, nearness{}, parallax{};
@@ -88,7 +120,7 @@ void locate_with(const DirectionGrid& grid, const CellOrder& order, const Relati
   std::copy_n(px + first, last, x.begin());
   std::copy_n(py + first, last, y.begin());
   std::copy_n(pz + first, last, z.begin());
-  locate_vector<kWithParallax>(d, order, head, columns, rows, x.data(), y.data(), z.data(), cell.data(),
+  locate_vector<kWithParallax>(d, order, head, eyes, columns, rows, x.data(), y.data(), z.data(), cell.data(),
                                nearness.data(), parallax.data());
   std::copy_n(cell.begin(), last, out.cell.begin() + first);
   std::copy_n(nearness.begin(), last, out.nearness.begin() + first);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 /// Finds the direction in which points lie from the head, as cells of a grid, for whole batches at once.
@@ -33,10 +34,19 @@ struct RelativePlaces {
   }
 };
 
+/// Where a lens looks from and to, in the head's frame.
+struct LensEye {
+  std::array<float, 3> axis;    ///< of unit length
+  std::array<float, 3> centre;  ///< m
+};
+
 /// The head at one moment, as seen from the origin of RelativePlaces.
 struct RelativeHead {
   std::array<float, 9> R_head_enu;  ///< row by row
   std::array<float, 3> origin;      ///< of the places, in ENU axes, from the head's centre, m
+  /// The lenses of the head, at most kMostLenses; empty: places are seen from its centre. A place is seen by the lens
+  /// whose axis is nearest.
+  std::span<const LensEye> eyes{};
   /// Returns a place in the head's frame.
   std::array<float, 3> place(float x, float y, float z) const {
     const float dx = x + origin[0], dy = y + origin[1], dz = z + origin[2];
@@ -50,16 +60,16 @@ struct CellOrder {
   std::int32_t per_column, per_row, first;
 };
 
-/// Where the head sees places, one element for each place.
+/// Where the head sees places, one element for each place; from the lens that sees them (RelativeHead::eyes).
 struct SeenPlaces {
   std::vector<std::uint32_t> cell;  ///< index in the grid: row * columns + column, where no other order is given
-  std::vector<float> nearness;      ///< 1 / distance from the head's centre, 1/m
-  /// Angle between the lines to the place from the head and from the places' origin, as a chord, rad. The origin is a
+  std::vector<float> nearness;      ///< 1 / distance, 1/m
+  /// Angle between the lines to the place from the lens and from the places' origin, as a chord, rad. The origin is a
   /// scanner, and the scanner saw the place. Empty if locate_cells() found the places.
   std::vector<float> parallax;
 };
 
-/// Calculates where the head sees the places. Places at the head's centre get a nearness of 0. Uses the widest vector
+/// Calculates where the head sees the places. Places at the lens's centre get a nearness of 0. Uses the widest vector
 /// instructions that the processor has; the results have the same bits with each of them.
 void locate(const DirectionGrid& grid, const RelativeHead& head, const RelativePlaces& places, SeenPlaces& out);
 /// The same without the parallax, which costs half of the time, for all places, in another order of the cells, and for

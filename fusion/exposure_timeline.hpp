@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/stamped.hpp"
@@ -29,12 +30,13 @@ struct Moment {
   struct Viewpoint {
     std::array<float, 9> R_head_enu;  ///< row by row
     Eigen::Vector3d centre_enu;
-    Leap leapt;         ///< Pose::leapt
-    HeadMotion motion;  ///< of a head with a rolling shutter, or whose lenses are not exposed at one time
+    Leap leapt;                       ///< Pose::leapt
+    HeadMotion motion;                ///< of a head with a rolling shutter, or whose lenses are not exposed at one time
+    std::span<const LensEye> eyes{};  ///< HeadProjector::eyes()
     /// Returns the head as seen from places relative to `origin`.
     RelativeHead relative_to(const Eigen::Vector3d& origin) const {
       const Eigen::Vector3f offset = (origin - centre_enu).cast<float>();
-      return {R_head_enu, {offset.x(), offset.y(), offset.z()}};
+      return {R_head_enu, {offset.x(), offset.y(), offset.z()}, eyes};
     }
     /// Returns a place in the head's frame. The difference is calculated in double precision, because ENU coordinates
     /// of a long drive do not fit a float.

@@ -164,6 +164,10 @@ HeadProjector::HeadProjector(const CameraHeadGeometry& head, ColourMethod method
     const auto known = std::find(cameras_.begin(), cameras_.end(), mount.camera);
     lens.camera = static_cast<std::size_t>(known - cameras_.begin());
     if (known == cameras_.end()) cameras_.push_back(mount.camera);
+    if (method == ColourMethod::Lens) {
+      const Eigen::Vector3f centre = mount.T_head_lens.translation.cast<float>();
+      eyes_.push_back({lens.axis, {centre.x(), centre.y(), centre.z()}});
+    }
     lenses_.push_back(std::move(lens));
   }
 }

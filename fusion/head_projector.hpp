@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/measurements.hpp"
@@ -128,6 +129,8 @@ class HeadProjector {
   void panorama_pixel(float x, float y, float z, float& u, float& v) const;
 
   const std::vector<FloatLens>& lenses() const { return lenses_; }
+  /// Returns where each lens looks from; nothing with ColourMethod::Panorama, whose pixels are those of several lenses.
+  std::span<const LensEye> eyes() const { return eyes_; }
   /// Returns the cameras that deliver the lens images, each once, in the order of the lenses.
   const std::vector<SensorId>& cameras() const { return cameras_; }
   ColourMethod method() const { return method_; }
@@ -140,6 +143,7 @@ class HeadProjector {
   float stitching_radius_, hole_cosine_;
   PixelMask panorama_mask_;
   std::vector<FloatLens> lenses_;
+  std::vector<LensEye> eyes_;
   std::vector<SensorId> cameras_;
 };
 

@@ -1,8 +1,11 @@
 #include "fusion/direction_grid.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -46,6 +49,35 @@ TEST(DirectionGrid, FindsDirectionDistanceAndParallax) {
     EXPECT_NEAR(seen.cell[i] % static_cast<std::uint32_t>(grid.columns) + 0.5, column, 1.1) << h.transpose();
     EXPECT_NEAR(seen.cell[i] / static_cast<std::uint32_t>(grid.columns) + 0.5, row, 1.1) << h.transpose();
   }
+}
+
+TEST(DirectionGrid, SeesAPlaceFromTheLensWhoseAxisIsNearest) {
+  const DirectionGrid grid(0.01);
+  const std::array<LensEye, 3> eyes{
+      {{{1, 0, 0}, {0.06f, 0, 0}}, {{-1, 0, 0}, {-0.05f, 0, 0.01f}}, {{0, 0, 1}, {0, 0.02f, 0.08f}}}};
+  RelativeHead head{{0, 1, 0, -1, 0, 0, 0, 0, 1}, {0.1f, 0.2f, -0.3f}, eyes};
+  const RelativePlaces places = places_around(61, 3);
+  SeenPlaces seen, from_lens;
+  locate(grid, head, places, seen);
+  std::array<int, 3> used{};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto h = head.place(places.x[i], places.y[i], places.z[i]);
+    const auto along = [&](const LensEye& eye) { return h[0] * eye.axis[0] + h[1] * eye.axis[1] + h[2] * eye.axis[2]; };
+    const auto eye = std::max_element(eyes.begin(), eyes.end(),
+                                      [&](const LensEye& a, const LensEye& b) { return along(a) < along(b); });
+    ++used[static_cast<std::size_t>(eye - eyes.begin())];
+    // The head's centre is where the lens is; x of the head is y of the world.
+    const auto& c = eye->centre;
+    const RelativeHead lens{head.R_head_enu, {head.origin[0] + c[1], head.origin[1] - c[0], head.origin[2] - c[2]}};
+    locate(grid, lens, {{places.x[i]}, {places.y[i]}, {places.z[i]}}, from_lens);
+    EXPECT_NEAR(seen.nearness[i], from_lens.nearness[0], 1e-5f * from_lens.nearness[0]);
+    EXPECT_NEAR(seen.parallax[i], from_lens.parallax[0], 1e-5f);
+    const auto columns = static_cast<std::uint32_t>(grid.columns);
+    EXPECT_NEAR(seen.cell[i] / columns, from_lens.cell[0] / columns, 1.0);
+    const auto apart = (seen.cell[i] % columns + columns - from_lens.cell[0] % columns) % columns;
+    EXPECT_THAT(apart, testing::AnyOf(testing::Le(1u), testing::Eq(columns - 1)));
+  }
+  EXPECT_THAT(used, testing::Each(testing::Gt(5)));
 }
 
 TEST(DirectionGrid, APlaceIsSeenAlikeAnywhereInABatch) {
