@@ -27,9 +27,10 @@ constexpr int kKnownMoments = 3;            // earlier ones, and later ones, tha
 constexpr nanoseconds kAtOnce{20'000'000};  // nothing moves far in this time
 // An exposure this near shows what moves at a place that it filled at the firing too.
 constexpr nanoseconds kOwnMoment{100'000'000};
-// Where the best line of sight is no better, the images are asked too.
-constexpr LineOfSight kDoubtful = LineOfSight::Unwatched;
-constexpr float kOddsOfCost = 4.0f;            // log-odds that a radian less of cost is worth
+// A surface in a place's cell is before the place, or far behind it, if its nearness over that of the place is not
+// between these.
+constexpr float kBeforePlace = 1.02f, kBehindPlace = 0.9f;
+constexpr float kOddsOfCost = 2.0f;            // log-odds that a radian less of cost is worth
 constexpr std::uint32_t kFewestWitnesses = 3;  // fewer images say nothing about which of them sees a point
 // By LineOfSight: what a line costs, as an angle of parallax, rad; how far an image is trusted to show a point; and how
 // far the laser points vouch for its colour.
@@ -83,14 +84,41 @@ LineOfSight line_of_sight(const Moment& moment, const SeenPlaces& seen, std::siz
 float cost_of(LineOfSight look) { return kCost[static_cast<std::size_t>(look)]; }
 float vouched_by(LineOfSight look) { return kVouched[static_cast<std::size_t>(look)]; }
 
+const std::optional<DepthMap>& standing_of(const Moment& moment, bool is_provisional) {
+  return is_provisional && moment.early ? moment.early : moment.standing;
+}
+
+/// Whether the laser points leave it open if a moment sees a place: the line is not clear, or the surface in the
+/// place's cell is another one.
+bool is_doubtful(const Moment& moment, const SeenPlaces& seen, std::size_t index, LineOfSight look,
+                 bool is_provisional) {
+  if (look != LineOfSight::Clear) return true;
+  const std::uint32_t cell = seen.cell[index];
+  const float nearness = seen.nearness[index];
+  const auto& standing = standing_of(moment, is_provisional);
+  if (standing && standing->surface(cell) > kBeforePlace * nearness) return true;
+  const float at_once = moment.glance ? moment.glance->surface(cell) : 0.0f;
+  return at_once > kBeforePlace * nearness || (at_once > 0.0f && at_once < kBehindPlace * nearness);
+}
+
 /// Returns what is known of the line of sight from a moment to a point but for what the images say.
 SightEvidence evidence_of(const Moment& moment, const SeenPlaces& seen, std::size_t index, bool is_provisional) {
   const std::uint32_t cell = seen.cell[index];
-  const float distance = 1.0f / seen.nearness[index];
-  const auto& standing = is_provisional && moment.early ? moment.early : moment.standing;
-  return {seen.parallax[index], standing ? standing->surface(cell) * distance : 0.0f,
-          standing ? standing->nearest_point(cell) * distance : 0.0f,
-          moment.glance ? moment.glance->surface(cell) * distance : 0.0f, 0.0f};
+  const float nearness = seen.nearness[index], distance = 1.0f / nearness;
+  SightEvidence out{seen.parallax[index], distance};
+  const auto tell = [&](const std::optional<DepthMap>& map, Evidence first) {
+    if (!map) return;
+    const DepthMap::Around around = map->look_around(cell, nearness);
+    float* const to = &out[static_cast<std::size_t>(first)];
+    to[0] = map->surface(cell) * distance;
+    to[1] = map->nearest_point(cell) * distance;
+    to[2] = around.nearest * distance;
+    to[3] = static_cast<float>(around.before);
+    to[4] = static_cast<float>(around.there);
+  };
+  tell(standing_of(moment, is_provisional), Evidence::Surface);
+  tell(moment.glance, Evidence::GlanceSurface);
+  return out;
 }
 
 }  // namespace
@@ -130,6 +158,7 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     found.sight = sight;
     found.look = look;
     found.vouched = vouched_by(look);
+    found.is_doubtful = is_doubtful(moment, piece.seen[k], index, look, piece.is_provisional);
     least = cost;
   }
   return found;
@@ -150,7 +179,8 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
   piece.places.resize(count);
   piece.witnesses.resize(count * most);
   piece.views.resize(count * most);
-  piece.evidence.resize(count * most);
+  piece.rows.resize(count * most);
+  piece.evidence.clear();
   piece.view_costs.resize(count * most);
   piece.witness_count.assign(count, 0);
   for (std::size_t c = 0; c < most; ++c) {
@@ -186,7 +216,8 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
       piece.witnesses[at] = {{}, kTrust[static_cast<std::size_t>(look)]};
       piece.views[at] = {piece.candidates[c], sights.at(d)};
       piece.view_costs[at] = piece.costs[d];
-      piece.evidence[at] = evidence_of(moment, seen, k, piece.is_provisional);
+      piece.rows[at] =
+          static_cast<std::uint32_t>(piece.evidence.add(evidence_of(moment, seen, k, piece.is_provisional)));
       piece.group.push_back(static_cast<std::uint32_t>(at));
       piece.rendered.add(piece.pixels[d], sights.lens[d], lens.off_axis(sights.x[d], sights.y[d]));
     }
@@ -197,16 +228,20 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
   for (std::size_t d = 0; d < count; ++d) {
     if (piece.witness_count[d] < kFewestWitnesses) continue;
     weigh_agreement(std::span(&piece.witnesses[d * most], piece.witness_count[d]), piece.agreement);
+    for (std::size_t v = 0; v < piece.witness_count[d]; ++v)
+      piece.evidence.set(piece.rows[d * most + v], Evidence::Agreement, piece.agreement[v]);
+  }
+  log_odds_of_sights(piece.evidence, piece.log_odds);
+  for (std::size_t d = 0; d < count; ++d) {
+    if (piece.witness_count[d] < kFewestWitnesses) continue;
     const std::uint32_t i = piece.rest[piece.doubtful[d]];
     Found& found = piece.found[i];
     found = {};
     float most_worth = -kNever, log_odds_of_best = 0;
     for (std::size_t v = 0; v < piece.witness_count[d]; ++v) {
       const std::size_t at = d * most + v;
-      SightEvidence& evidence = piece.evidence[at];
-      evidence[static_cast<std::size_t>(Evidence::Agreement)] = piece.agreement[v];
-      if (piece.keeps_judged) keep_judged(i, piece.views[at], evidence, piece);
-      const float log_odds = log_odds_of_sight(evidence), worth = log_odds - kOddsOfCost * piece.view_costs[at];
+      if (piece.keeps_judged) keep_judged(i, piece.views[at], piece.evidence[piece.rows[at]], piece);
+      const float log_odds = piece.log_odds[piece.rows[at]], worth = log_odds - kOddsOfCost * piece.view_costs[at];
       if (log_odds < kSeen || worth <= most_worth) continue;
       most_worth = worth;
       log_odds_of_best = log_odds;
@@ -275,8 +310,9 @@ void Colouring::choose_beside(const PlacedBatch& batch, const ColouredPoint* poi
       found.moment = nearest[side];
       found.look = look;
       found.vouched = vouched_by(look);
+      found.is_doubtful = is_doubtful(*beside[side][0], piece.beside[side], i, look, piece.is_provisional);
     }
-    if (least_beyond < least || found.look <= kDoubtful) found.moment = -1;
+    if (least_beyond < least || found.is_doubtful) found.moment = -1;
   }
 }
 
@@ -337,8 +373,8 @@ void Colouring::choose_rest(const PlacedBatch& batch, ColouredPoint* points, Pie
       point.state = found.is_hidden ? ColourState::Hidden : has_asked ? ColourState::Outside : ColourState::NoExposure;
     }
     // What moves is somewhere else at other moments, so their images bear no witness.
-    const bool is_doubtful = found.moment < 0 ? found.is_hidden : found.look <= kDoubtful;
-    if (is_visible && !moves && is_doubtful) piece.doubtful.push_back(static_cast<std::uint32_t>(k));
+    const bool is_open = found.moment < 0 ? found.is_hidden : found.is_doubtful;
+    if (is_visible && !moves && is_open) piece.doubtful.push_back(static_cast<std::uint32_t>(k));
   }
   judge_doubtful(batch, points, piece);
 }

@@ -17,8 +17,9 @@ struct Colouring::Found {
   int moment = -1;  ///< index; -1: there is none
   Sight sight{};
   LineOfSight look = LineOfSight::Clear;
-  float vouched = 1;       ///< how far the laser points, or the images, vouch for the colour, 0 to 1
-  bool is_hidden = false;  ///< whether something hides the point in a moment that was asked
+  float vouched = 1;         ///< how far the laser points, or the images, vouch for the colour, 0 to 1
+  bool is_doubtful = false;  ///< whether all that is known has to be weighed, for the laser points leave it open
+  bool is_hidden = false;    ///< whether something hides the point in a moment that was asked
 };
 
 /// What the POS leapt between a moment and a batch; nothing if it leapt back.
@@ -90,7 +91,9 @@ struct Colouring::Piece {
   std::vector<Found> views;
   std::vector<Witness> witnesses;
   std::vector<float> view_costs;
-  std::vector<SightEvidence> evidence;
+  std::vector<std::uint32_t> rows;  ///< of `evidence`
+  SightTable evidence;
+  std::vector<float> log_odds;  ///< of the rows of `evidence`
   std::vector<std::uint32_t> witness_count;
   std::vector<float> agreement;  ///< of the witnesses of one point
   bool keeps_judged = false;

@@ -266,6 +266,8 @@ DepthBlock block_for(const DepthMap::Config& config, const DirectionGrid& grid) 
 
 // Of the eight cells around a place's own, so many with a nearer point are few, and so many are a surface.
 constexpr int kFewAround = 1, kSurfaceAround = 5;
+// A point is not far behind a place if it is no farther than this share of its nearness and this distance.
+constexpr float kThereShare = 0.95f, kThere_m = 0.3f;
 
 /// Returns an index that goes around.
 int around(int index, int size) { return (index % size + size) % size; }
@@ -366,20 +368,31 @@ std::span<const std::uint32_t> DepthMap::nearer(const SeenPlaces& seen) const {
   return {found.data(), HWY_DYNAMIC_DISPATCH(find_nearer)(nearest_, most_, seen, found.data())};
 }
 
-LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {
+DepthMap::Around DepthMap::look_around(std::uint32_t cell, float nearness) const {
   const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
+  const float farthest = kThereShare * nearness / (1.0f + kThere_m * nearness);
   const auto size = static_cast<std::int64_t>(grid_.size());
-  const auto is_before = [&](std::int64_t index) {
-    return index >= 0 && index < size && decoded(nearest_[index]) * slack > here;
-  };
-  int around = 0;
+  Around out;
   for (const std::int64_t row : {-grid_.columns, 0, grid_.columns})
-    for (const int column : {-1, 0, 1})
+    for (const int column : {-1, 0, 1}) {
       // A neighbour beyond the grid's first column lies in the row before, which is as good: rows are dense.
-      if (row != 0 || column != 0) around += is_before(cell + row + column) ? 1 : 0;
-  if (is_before(cell))
-    return closed == LineOfSight::Hidden || around >= kSurfaceAround ? LineOfSight::Hidden : LineOfSight::Covered;
-  return closed == LineOfSight::Hidden && around > kFewAround ? LineOfSight::Hidden : LineOfSight::Behind;
+      const std::int64_t index = cell + row + column;
+      if (index < 0 || index >= size) continue;
+      const float nearest = decoded(nearest_[index]);
+      const bool is_before = nearest * slack > here;
+      out.nearest = std::max(out.nearest, nearest);
+      out.before += is_before ? 1 : 0;
+      out.there += !is_before && nearest > farthest ? 1 : 0;
+      if (row == 0 && column == 0) out.is_before = is_before;
+    }
+  return out;
+}
+
+LineOfSight DepthMap::judge_points(std::uint32_t cell, float nearness, LineOfSight closed) const {
+  const Around around = look_around(cell, nearness);
+  if (around.is_before)
+    return closed == LineOfSight::Hidden || around.before > kSurfaceAround ? LineOfSight::Hidden : LineOfSight::Covered;
+  return closed == LineOfSight::Hidden && around.before > kFewAround ? LineOfSight::Hidden : LineOfSight::Behind;
 }
 
 void DepthMap::close() {

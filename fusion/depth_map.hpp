@@ -100,6 +100,15 @@ class DepthMap {
   float surface(std::uint32_t cell) const { return decoded(bounds_[cell].own); }
   /// Returns the nearness of the nearest point in a cell, 1/m, of those that were added.
   float nearest_point(std::uint32_t cell) const { return decoded(nearest_[cell]); }
+  /// What the points in a place's own cell and the eight around it say of the place.
+  struct Around {
+    float nearest = 0;       ///< the nearness of the nearest of them, 1/m; 0: there is none
+    bool is_before = false;  ///< whether the nearest point of the own cell is before the place, as look() means it
+    int before = 0;          ///< cells whose nearest point is, the own one among them
+    int there = 0;           ///< cells whose nearest point is neither before the place nor far behind it
+  };
+  /// The same as above for the points that were added, of a place that locate() found.
+  Around look_around(std::uint32_t cell, float nearness) const;
   /// Whether no point lies in the direction of a cell, nor so near to it that the gap would be closed.
   bool is_blank(std::uint32_t cell) const { return bounds_[cell].own == 0; }
   /// Whether the nearest points in the direction of a place that locate() found are as far as the place itself.

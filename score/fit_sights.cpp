@@ -21,9 +21,9 @@
 /// one question a level of all their leaves alike (Kohavi and Li, IJCAI 1995). The same tables give the same trees.
 namespace {
 
-constexpr std::size_t kTrees = 24, kQuestions = 4, kAnswers = 1U << kQuestions;
+constexpr std::size_t kTrees = 80, kQuestions = 5, kAnswers = 1U << kQuestions;
 constexpr double kRate = 0.4, kLeast = 12.0;  // share of a step that is taken; weight that a side of a question needs
-constexpr std::size_t kBins = 48;             // of each evidence, with as many lines each
+constexpr std::size_t kBins = 64;             // of each evidence, with as many lines each
 
 struct Table {
   std::string name;
