@@ -205,7 +205,12 @@ void Colouring::judge_doubtful(const PlacedBatch& batch, ColouredPoint* points, 
     piece.rendered.clear();
     piece.group.clear();
     for (std::size_t d = 0; d < count; ++d) {
-      if (d + kAhead < count) Visibility::prefetch(moment, seen.cell[piece.doubtful[d + kAhead]]);
+      if (d + kAhead < count) {
+        const std::uint32_t ahead = seen.cell[piece.doubtful[d + kAhead]];
+        Visibility::prefetch(moment, ahead);
+        for (const auto* map : {&moment.glance, &standing_of(moment, piece.is_provisional)})
+          if (*map) (*map)->prefetch_around(ahead);
+      }
       if (sights.lens[d] == kNoLens) continue;
       const FloatLens& lens = projector_.lenses()[sights.lens[d]];
       if (is_dimmed(gains, sights.lens[d]) && is_saturated(piece.pixels[d])) continue;

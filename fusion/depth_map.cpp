@@ -269,6 +269,18 @@ constexpr int kFewAround = 1, kSurfaceAround = 5;
 // A point is not far behind a place if it is no farther than this share of its nearness and this distance.
 constexpr float kThereShare = 0.95f, kThere_m = 0.3f;
 
+/// Returns the greatest code that is not before a place: for which decoded(code) * slack > here does not hold.
+CodedNearness last_not_before(float here, float slack) {
+  constexpr CodedNearness kNearest = 0xFFFF;
+  if (!(slack > 0)) return kNearest;
+  const CodedNearness about = coded(here / slack);
+  // The division rounds, and may be one code off.
+  if (decoded(about) * slack > here) return static_cast<CodedNearness>(about - 1);
+  if (about < kNearest && !(decoded(static_cast<CodedNearness>(about + 1)) * slack > here))
+    return static_cast<CodedNearness>(about + 1);
+  return about;
+}
+
 /// Returns an index that goes around.
 int around(int index, int size) { return (index % size + size) % size; }
 
@@ -369,22 +381,25 @@ std::span<const std::uint32_t> DepthMap::nearer(const SeenPlaces& seen) const {
 }
 
 DepthMap::Around DepthMap::look_around(std::uint32_t cell, float nearness) const {
-  const float here = nearness * share_, slack = 1.0f - tolerance_ * nearness;
-  const float farthest = kThereShare * nearness / (1.0f + kThere_m * nearness);
-  const auto size = static_cast<std::int64_t>(grid_.size());
+  // Codes compare as what they stand for, so the bounds of the place become codes, and only the nearest is decoded.
+  const CodedNearness not_before = last_not_before(nearness * share_, 1.0f - tolerance_ * nearness);
+  const CodedNearness far_behind = coded(kThereShare * nearness / (1.0f + kThere_m * nearness));
   Around out;
-  for (const std::int64_t row : {-grid_.columns, 0, grid_.columns})
-    for (const int column : {-1, 0, 1}) {
+  CodedNearness nearest = 0;
+  const auto ask = [&](CodedNearness code) {
+    nearest = std::max(nearest, code);
+    out.before += code > not_before ? 1 : 0;
+    out.there += code > far_behind && code <= not_before ? 1 : 0;
+  };
+  const auto columns = static_cast<std::int64_t>(grid_.columns), size = static_cast<std::int64_t>(grid_.size());
+  const std::int64_t middle = cell;
+  const bool is_inside = middle > columns && middle + columns + 1 < size;
+  for (const std::int64_t row : {middle - columns, middle, middle + columns})
+    for (const int column : {-1, 0, 1})
       // A neighbour beyond the grid's first column lies in the row before, which is as good: rows are dense.
-      const std::int64_t index = cell + row + column;
-      if (index < 0 || index >= size) continue;
-      const float nearest = decoded(nearest_[index]);
-      const bool is_before = nearest * slack > here;
-      out.nearest = std::max(out.nearest, nearest);
-      out.before += is_before ? 1 : 0;
-      out.there += !is_before && nearest > farthest ? 1 : 0;
-      if (row == 0 && column == 0) out.is_before = is_before;
-    }
+      if (const std::int64_t index = row + column; is_inside || (index >= 0 && index < size)) ask(nearest_[index]);
+  out.nearest = decoded(nearest);
+  out.is_before = nearest_[cell] > not_before;
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -79,6 +80,13 @@ class DepthMap {
   void close();
   /// Asks for the memory that look() and meets() will read for a place in a cell. Maps are larger than caches.
   void prefetch(std::uint32_t cell) const { __builtin_prefetch(&bounds_[cell]); }
+  /// The same for what look_around() will read.
+  void prefetch_around(std::uint32_t cell) const {
+    const auto columns = static_cast<std::uint32_t>(grid_.columns), last = static_cast<std::uint32_t>(grid_.size()) - 1;
+    __builtin_prefetch(&nearest_[cell - std::min(cell, columns)]);
+    __builtin_prefetch(&nearest_[cell]);
+    __builtin_prefetch(&nearest_[std::min(cell + columns, last)]);
+  }
   /// Returns what is known about the line of sight to a place that locate() found. A place behind the surface of its
   /// own cell is Behind.
   LineOfSight look(std::uint32_t cell, float nearness) const {
