@@ -24,13 +24,14 @@ for run in one two; do grep -v 'realtime_factor\|points_per_second' $run/score.j
 cmp one.txt two.txt || fail "a second run gave other figures"
 
 # The judged lines of sight with their truth, and trees that are fitted to them.
-[ "$(head -1 sights/short.csv)" = "point,seen,Parallax,Surface,Nearest,Glance,Agreement" ] || fail "the table of lines of sight: $(head -1 sights/short.csv)"
-[ "$(grep -cE '^[0-9]+,[01](,[-+.0-9e]+){5}$' sights/short.csv)" -gt 100 ] || fail "few lines of sight: $(wc -l <sights/short.csv)"
+evidences=Parallax,Distance,Agreement,Surface,Nearest,Nearby,Before,There,GlanceSurface,GlanceNearest,GlanceNearby,GlanceBefore,GlanceThere
+[ "$(head -1 sights/short.csv)" = "point,seen,$evidences" ] || fail "the table of lines of sight: $(head -1 sights/short.csv)"
+[ "$(grep -cE '^[0-9]+,[01](,[-+.0-9e]+){13}$' sights/short.csv)" -gt 100 ] || fail "few lines of sight: $(wc -l <sights/short.csv)"
 fit=$(dirname "$hueline")/fit_sights
 want 2 "$fit" sights/short.csv
 want 3 "$fit" sights/short.csv one/score.json
 "$fit" sights/short.csv sights/short.csv >trees.hpp 2>said.txt || { cat said.txt; fail "no trees"; }
-[ "$(grep -o 'Evidence::' trees.hpp | wc -l)" = 96 ] || { cat trees.hpp; fail "not 24 trees of four questions"; }
+[ "$(grep -o 'Evidence::' trees.hpp | wc -l)" = 400 ] || { cat trees.hpp; fail "not 80 trees of five questions"; }
 grep -q '^all: ' said.txt || { cat said.txt; fail "how well they tell is not said"; }
 
 sed 's/"coloured_share": 0\.[0-9]*/"coloured_share": 0.999/' one/score.json >better.json
