@@ -118,10 +118,7 @@ bool read_bare_matrices(const std::string& path, const PlainJson& root, ShotCali
 bool read_rotation_translation(const std::string& path, const PlainJson& root, ShotCalibration& out) {
   const PlainJson& pose = root.contains("transform") ? root.at("transform") : root;
   if (!pose.is_object() || !pose.contains("rotation") || !pose.contains("translation")) return false;
-  const Numbers R = flat(pose.at("rotation")), t = flat(pose.at("translation"));
-  if (R.size() != 9 || t.size() != 3)
-    throw config::ConfigError(
-        fmt::format("{}: rotation has {} numbers and translation {}; allowed: 9 and 3", path, R.size(), t.size()));
+  const auto found = pose_of(flat(pose.at("rotation")), flat(pose.at("translation")), path, "rotation", "translation");
   const std::filesystem::path file(path);
   const std::string file_name = lower_case(file.stem().string()),
                     folder = lower_case(file.parent_path().filename().string()),
@@ -139,13 +136,8 @@ bool read_rotation_translation(const std::string& path, const PlainJson& root, S
                               ": holds a rotation and a translation, and neither its name nor that of its folder says "
                               "that they lead from the laser to the camera (lidar_to_camera) or back "
                               "(camera_to_lidar): give the file such a name if they do");
-  Matrix34 T;
-  T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
-  T.col(3) = Eigen::Map<const Eigen::Vector3d>(t.data());
-  const auto found = pose_of(T, path + ": rotation");
   out.T_lens_scanner = leads_to_camera ? found : turned_round(found);
-  if (comes_from_camera)
-    out.pose_note = path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+  if (comes_from_camera) out.pose_note = turned_by_name(path);
   return true;
 }
 

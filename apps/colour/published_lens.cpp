@@ -137,6 +137,20 @@ Pose pose_of(const Numbers& T, const std::string& where) {
   return pose_of(Matrix34(Eigen::Map<const Matrix34>(T.data())), where);
 }
 
+Pose pose_of(const Numbers& R, const Numbers& t, const std::string& file, const char* R_key, const char* t_key) {
+  if (R.size() != 9 || t.size() != 3)
+    throw config::ConfigError(
+        fmt::format("{}: {} has {} numbers and {} {}; allowed: 9 and 3", file, R_key, R.size(), t_key, t.size()));
+  Matrix34 T;
+  T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
+  T.col(3) = Eigen::Map<const Eigen::Vector3d>(t.data());
+  return pose_of(T, file + ": " + R_key);
+}
+
+std::string turned_by_name(const std::string& file) {
+  return file + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+}
+
 Pose turned_round(const Pose& T_scanner_lens) {
   const Eigen::Quaterniond R = T_scanner_lens.rotation.conjugate();
   return {R, -(R * T_scanner_lens.translation)};

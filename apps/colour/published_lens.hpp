@@ -22,8 +22,13 @@ constexpr int kDeepest = 3;  ///< lists in lists, of a matrix
 Transform<Lens, Scanner> pose_of(const Matrix34& T, const std::string& where);
 /// The same of 3 or 4 rows of 4 numbers.
 Transform<Lens, Scanner> pose_of(const Numbers& T, const std::string& where);
+/// The same of the rows of a rotation and of a translation, which stand under these keys.
+Transform<Lens, Scanner> pose_of(const Numbers& R, const Numbers& t, const std::string& file, const char* R_key,
+                                 const char* t_key);
 /// Returns the pose of the laser in the lens's frame from that of the lens in the laser's frame.
 Transform<Lens, Scanner> turned_round(const Transform<Lens, Scanner>& T_scanner_lens);
+/// Returns ShotCalibration::pose_note of a pose that was turned round because of the file's name.
+std::string turned_by_name(const std::string& file);
 
 /// What a file says of a lens.
 struct PublishedLens {

@@ -116,8 +116,7 @@ void read_unnamed(const std::string& path, const std::map<std::string, Numbers>&
       const Pose found = pose_of(values, path + ": the matrix" + (title.empty() ? "" : " " + title));
       if (is_from_camera(path)) {
         out.T_first_scanner = turned_round(found);
-        out.shot.pose_note =
-            path + ": is the pose of the camera in the laser's frame, by its name, and was turned round\n";
+        out.shot.pose_note = turned_by_name(path);
       } else {
         out.shot.T_lens_scanner = found;
       }
@@ -150,11 +149,7 @@ class KittiText {
       return true;
     }
     if (!has("R") || !has("T") || has("K")) return false;
-    const Numbers R = numbers("R", 9), t = numbers("T", 3);
-    Matrix34 T;
-    T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
-    T.col(3) = Eigen::Map<const Eigen::Vector3d>(t.data());
-    out.T_first_scanner = pose_of(T, path_ + ": R");
+    out.T_first_scanner = pose_of(numbers("R", 9), numbers("T", 3), path_, "R", "T");
     return true;
   }
 

@@ -145,14 +145,7 @@ bool read_vikit(const std::string& path, const YAML::Node& root, ShotCalibration
 /// Reads FAST-LIVO's pose of the laser in the camera's frame.
 bool read_rcl_pcl(const std::string& path, const YAML::Node& root, ShotCalibration& out) {
   if (!root["Rcl"] || !root["Pcl"]) return false;
-  const Numbers R = numbers_of(root["Rcl"]), p = numbers_of(root["Pcl"]);
-  if (R.size() != 9 || p.size() != 3)
-    throw config::ConfigError(
-        fmt::format("{}: Rcl has {} numbers and Pcl {}; allowed: 9 and 3", path, R.size(), p.size()));
-  Matrix34 T;
-  T.leftCols<3>() = Eigen::Map<const Matrix3>(R.data());
-  T.col(3) = Eigen::Map<const Eigen::Vector3d>(p.data());
-  out.T_lens_scanner = pose_of(T, path + ": Rcl");
+  out.T_lens_scanner = pose_of(numbers_of(root["Rcl"]), numbers_of(root["Pcl"]), path, "Rcl", "Pcl");
   return true;
 }
 
