@@ -111,7 +111,7 @@ class Merge {
     const std::vector<std::optional<SensorId>>& sensors = inputs_[i].sensors;
     const auto becomes = packet.sensor < sensors.size() ? sensors[packet.sensor] : std::nullopt;
     const bool is_left_out =
-        !becomes || packet.kind == PacketKind::Ledger || (packet.kind == PacketKind::Tick && i > 0);
+        !becomes || packet.kind == PacketKind::Ledger || (packet.kind == PacketKind::Tick && !inputs_[i].has_ticks);
     if (is_left_out) {
       ++result_.inputs[i].left_out;
       return {};

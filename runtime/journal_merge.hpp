@@ -24,6 +24,7 @@ struct MergeInput {
   sync::ClockRelation clock;                     ///< from its computer's clock to that of the first recording
   bool begins_late = false;                      ///< see LedgerJoin::Input
   bool is_ring = false;                          ///< likewise
+  bool has_ticks = false;                        ///< its ticks are kept
 };
 
 /// What was written, and what of each recording was not.
@@ -51,7 +52,7 @@ struct MergedJournal {
 /// - Each recording keeps its own order. Between them the packet goes first whose recording has reached the earlier
 ///   time, and of two at the same time that of the recording that is named first. So the result depends on the
 ///   recordings alone.
-/// - Ticks come from the first recording: they say how much room its disk has. Faults and commands come from all.
+/// - Ticks come from one computer: they say how much room its disk has. Faults and commands come from all.
 /// - The ledgers are written anew (LedgerJoin), after each ledger of a recording and at the end. A recording that was
 ///   cut, or that lacks packets of which no ledger says whose they were, is told by a fault Lost of hueline itself.
 ///

@@ -145,7 +145,8 @@ void add_merge(Command& all) {
       "Each computer must record the receiver's pulses and messages: at the seconds that both saw, their clocks are "
       "compared, and the times of the others are restated in the clock of the first. Their pulses and messages are not "
       "needed any more then, so of a PPS and a POS that several have, the first one's is kept. If the relation of the "
-      "clocks cannot be determined, nothing is written. docs/operating.md says more.");
+      "clocks cannot be determined, nothing is written. With --same-clock, recordings that follow each other in time, "
+      "such as the parts of one that was cut, are joined with all their packets. docs/operating.md says more.");
   command.runs([options] { return merge(*options); });
 }
 

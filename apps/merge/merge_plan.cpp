@@ -111,7 +111,23 @@ bool has_rings_gaps_only(const SurveyedJournal& journal) {
   return journal.recording.journal->removed().packets > 0 && journal.check.missing() == 0;
 }
 
+/// Returns which recordings keep their ticks: the first, and those that its computer made before or after all others.
+std::vector<bool> with_ticks(const MergeWish& wish, const std::vector<SurveyedJournal>& journals) {
+  std::vector<bool> out;
+  for (const SurveyedJournal& one : journals)
+    out.push_back(&one == journals.data() ||
+                  (wish.is_same_clock && std::ranges::all_of(journals, [&](const SurveyedJournal& other) {
+                     return &other == &one || other.span.is_apart_from(one.span);
+                   })));
+  return out;
+}
+
 }  // namespace
+
+void TimeSpan::add(HostTime time, bool is_first) {
+  first = is_first ? time : std::min(first, time);
+  last = is_first ? time : std::max(last, time);
+}
 
 SurveyedJournal::SurveyedJournal(std::string named, runtime::Recording opened)
     : name(std::move(named)),
@@ -119,6 +135,7 @@ SurveyedJournal::SurveyedJournal(std::string named, runtime::Recording opened)
       clock(recording.rig),
       check(storage::SegmentPlace::of(recording.journal->header()).number > 1),
       wire(recording.rig.sensors.size() + 1),
+      spans(wire.size()),
       begins_late(storage::SegmentPlace::of(recording.journal->header()).number > 1) {}
 
 Result<SurveyedJournal> survey_journal(const std::string& name, const std::stop_token& stop,
@@ -133,10 +150,9 @@ Result<SurveyedJournal> survey_journal(const std::string& name, const std::stop_
     if (progress && out.packets % kTellEvery == 0)
       progress(static_cast<double>(journal.position()) /
                static_cast<double>(std::max<std::uint64_t>(1, journal.file_size())));
-    if (out.packets++ == 0) out.first = out.last = packet.received;
-    out.first = std::min(out.first, packet.received);
-    out.last = std::max(out.last, packet.received);
-    if (packet.kind == PacketKind::Wire && packet.sensor < out.wire.size()) ++out.wire[packet.sensor];
+    out.span.add(packet.received, out.packets++ == 0);
+    if (packet.kind == PacketKind::Wire && packet.sensor < out.wire.size())
+      out.spans[packet.sensor].add(packet.received, out.wire[packet.sensor]++ == 0);
     out.check.take(packet);
     out.clock.take(packet);
     return !is_stopped;
@@ -155,6 +171,7 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
   out.header = runtime::journal_header(wish.rig);
   Json told = Json::array();
   std::string merged_from;
+  const std::vector<bool> ticks = with_ticks(wish, journals);
   for (std::size_t i = 0; i < journals.size(); ++i) {
     SurveyedJournal& journal = journals[i];
     auto relation = i == 0 ? Result<sync::ClockRelation>(sync::ClockRelation()) : relate(wish, journals[0], journal);
@@ -170,7 +187,8 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
                     left_out.empty() ? std::string() : fmt::format(" (left out: {})", fmt::join(left_out, ", ")),
                     clock_text(journals[0], journal, *relation)));
     const auto sigma_at = [&](HostTime t) { return relation->sigma(sync::OtherTime(t.time_since_epoch())); };
-    if (const nanoseconds sigma = std::max(sigma_at(journal.first), sigma_at(journal.last)); sigma > kWideSigma)
+    if (const nanoseconds sigma = std::max(sigma_at(journal.span.first), sigma_at(journal.span.last));
+        sigma > kWideSigma)
       out.warnings.push_back(fmt::format(
           "{}: the sigma of its restated times reaches {:.1f} ms, {}", journal.name, to_seconds(sigma) * 1e3,
           is_by_pulses(journals[0]) && is_by_pulses(journal) ? "where no common second is near"
@@ -189,7 +207,7 @@ Result<MergePlan> plan_merge(const MergeWish& wish, std::vector<SurveyedJournal>
       out.warnings.push_back(fmt::format("{}: a ring has removed {} packets of it, which are not missing here by name",
                                          journal.name, journal.recording.journal->removed().packets));
     out.inputs.push_back({journal.name, std::move(journal.recording.journal), sensors, std::move(*relation),
-                          journal.begins_late, is_ring});
+                          journal.begins_late, is_ring, ticks[i]});
   }
   out.header.about[kMergedFrom] = merged_from;
   out.header.files.push_back({"merge.json", "application/json", json_text(Json{{"recordings", told}}, 2) + "\n"});

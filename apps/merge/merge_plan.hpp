@@ -31,6 +31,15 @@ struct MergeWish {
   bool rig_decides = false;             ///< `rig` is right where a recording's own rig says otherwise of a sensor
 };
 
+/// From the first to the last `received` of some packets.
+struct TimeSpan {
+  HostTime first{}, last{};
+
+  void add(HostTime time, bool is_first);
+  /// Returns whether one ends before the other begins, or when it begins.
+  bool is_apart_from(const TimeSpan& other) const { return last <= other.first || other.last <= first; }
+};
+
 /// A recording, read once from front to back.
 struct SurveyedJournal {
   SurveyedJournal(std::string named, runtime::Recording opened);
@@ -40,7 +49,8 @@ struct SurveyedJournal {
   runtime::ClockSurvey clock;
   runtime::LedgerCheck check;
   std::vector<std::uint64_t> wire;  ///< packets of each sensor's device, by SensorId
-  HostTime first{}, last{};
+  std::vector<TimeSpan> spans;      ///< of these packets, by SensorId
+  TimeSpan span;                    ///< of all packets
   std::uint64_t packets = 0;
   bool begins_late = false;
 };

@@ -48,13 +48,14 @@ class Choice {
       if (std::ranges::find(wish_.without, name) != wish_.without.end()) continue;
       const auto from = choose(name, places, out.warnings);
       if (!from.ok()) return from.error();
-      if (!*from) continue;
-      const SurveyedJournal& journal = journals_[**from];
-      const SensorId id = id_in(journal, name);
-      if (Status same = compare(journal, journal.recording.rig.sensors[id - 1u], *places.sensor, out.warnings);
-          !same.ok())
-        return same.error();
-      out.sensors[**from][id] = places.sensor->id;
+      for (const std::size_t i : *from) {
+        const SurveyedJournal& journal = journals_[i];
+        const SensorId id = id_in(journal, name);
+        if (Status same = compare(journal, journal.recording.rig.sensors[id - 1u], *places.sensor, out.warnings);
+            !same.ok())
+          return same.error();
+        out.sensors[i][id] = places.sensor->id;
+      }
     }
     return out;
   }
@@ -94,10 +95,20 @@ class Choice {
     return {};
   }
 
-  /// Returns the recording from which a sensor comes; none if no recording lists it.
-  Result<std::optional<std::size_t>> choose(const std::string& name, const Places& places,
-                                            std::vector<std::string>& warnings) {
-    using Chosen = std::optional<std::size_t>;
+  /// Returns whether the recordings with packets of a sensor have one after another what one device has sent.
+  bool are_parts(const std::string& name, const Places& places) const {
+    const auto span = [&](std::size_t i) { return journals_[i].spans[id_in(journals_[i], name)]; };
+    if (!wish_.is_same_clock || places.recorded.size() < 2) return false;
+    for (const std::size_t a : places.recorded)
+      for (const std::size_t b : places.recorded)
+        if (a < b && !span(a).is_apart_from(span(b))) return false;
+    return true;
+  }
+
+  /// Returns the recordings from which a sensor comes; none if no recording lists it.
+  Result<std::vector<std::size_t>> choose(const std::string& name, const Places& places,
+                                          std::vector<std::string>& warnings) {
+    using Chosen = std::vector<std::size_t>;
     if (places.listed.empty()) {
       warnings.push_back(fmt::format("no recording has the sensor {} of {}", name, wish_.rig_name));
       return Chosen();
@@ -106,10 +117,12 @@ class Choice {
       return Error{ErrorCode::Invalid,
                    fmt::format("{} has a sensor {} that {} lacks: enter it there, or leave it out with --without {}",
                                journals_[places.listed.front()].name, name, wish_.rig_name, name)};
-    Chosen from = places.recorded.empty() ? places.listed.front() : places.recorded.front();
+    std::size_t from = places.recorded.empty() ? places.listed.front() : places.recorded.front();
     const Role role = places.sensor->type->role;
     if (const auto wished = taken_.find(name); wished != taken_.end()) {
       from = wished->second;
+    } else if (are_parts(name, places)) {
+      return places.recorded;
     } else if (places.recorded.size() > 1 && role != Role::Pps && role != Role::Pos) {
       return Error{ErrorCode::Invalid,
                    fmt::format("{} and {} both have packets of the sensor {}: say from which it is taken with --take "
@@ -117,12 +130,12 @@ class Choice {
                                journals_[places.recorded[0]].name, journals_[places.recorded[1]].name, name, name,
                                places.recorded[0] + 1)};
     }
-    if (role == Role::Pps && *from > 0 && !wish_.is_same_clock)
+    if (role == Role::Pps && from > 0 && !wish_.is_same_clock)
       return Error{ErrorCode::Invalid,
                    fmt::format("the pulses of {} come from {}, but the clock is that of {}, and an edge is stamped by "
                                "the clock that saw it: name the recording first whose pulses are to be used",
-                               name, journals_[*from].name, journals_[0].name)};
-    return from;
+                               name, journals_[from].name, journals_[0].name)};
+    return Chosen{from};
   }
 
   Status compare(const SurveyedJournal& journal, const config::Sensor& own, const config::Sensor& vehicle,

@@ -17,7 +17,8 @@ struct SensorChoice {
 
 /// Decides it by the names of the sensors. A sensor is taken from the recording that has packets of it. Of a PPS and a
 /// POS that several recordings have, the first one's is taken, because all of them listen to the same receiver; any
-/// other sensor that several have is an error unless the wish says which. Errors: Invalid.
+/// other sensor that several have is an error unless the wish says which. But of recordings with the same clock in
+/// which the packets of a sensor follow each other, as of one that was cut, all packets are taken. Errors: Invalid.
 Result<SensorChoice> choose_sensors(const MergeWish& wish, const std::vector<SurveyedJournal>& journals);
 
 }  // namespace hueline::apps

@@ -28,6 +28,7 @@
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 #include "sim/wire/timeline.hpp"
+#include "storage/journal_part.hpp"
 #include "storage/journal_writer.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/sync/simulated_time.hpp"
@@ -394,6 +395,63 @@ TEST_F(TwoComputers, WhatTheRecordingsLeaveOpenIsRefusedOrChosen) {
   EXPECT_THAT(refusal(differing), HasSubstr("the sensor camera has exposure_us: 1500"));
   differing.rig_decides = true;
   EXPECT_EQ(refusal(differing), "merged");
+}
+
+TEST_F(TwoComputers, PartsOfARecordingBecomeItAgain) {
+  const std::string single = record_single();
+  const HostTime begin = std::get<HostTime>(packets(single).front()), end = std::get<HostTime>(packets(single).back());
+  const double half_s = to_seconds(end - begin) / 2;
+  const auto part = [&](const char* name, const storage::JournalPart& which) {
+    std::string path = (folder_ / name).string();
+    each(single, [&](const config::Rig&, runtime::Recording& recording) {
+      EXPECT_TRUE(storage::copy_part(*recording.journal, single, which, path).ok());
+    });
+    return path;
+  };
+  const std::string a = part("front.mcap", {.from_s = 0, .to_s = half_s}), b = part("back.mcap", {.from_s = half_s});
+  MergeWish parts = wish({a, b});
+  parts.is_same_clock = true;
+  EXPECT_TRUE(packets(merge(parts)) == packets(single));
+  EXPECT_THAT(remarks_[1], HasSubstr("back.mcap: pps, pos, laser, camera; the same clock"));
+  parts.recordings = {b, a};
+  EXPECT_TRUE(packets(merge(parts)) == packets(single));
+  // A sensor that is asked for from one of them comes from that one.
+  parts.take = {"pos=2"};
+  merge(parts);
+  EXPECT_THAT(remarks_[0], HasSubstr("left out: pos"));
+  // What overlaps is of two devices, or there twice.
+  MergeWish overlapping = wish({part("most.mcap", {.from_s = 0, .to_s = half_s + 1}), b});
+  overlapping.is_same_clock = true;
+  EXPECT_THAT(refusal(overlapping), HasSubstr("both have packets of the sensor"));
+}
+
+TEST_F(TwoComputers, TicksAreThoseOfOneComputer) {
+  const auto ticks = [&](bool is_same_clock, nanoseconds later) {
+    std::vector<std::string> names;
+    for (const nanoseconds at : {nanoseconds(0), later}) {
+      names.push_back((folder_ / fmt::format("ticks{}-{}.mcap", names.size(), count_ns(HostTime(later)))).string());
+      auto writer = storage::JournalWriter::create(names.back(),
+                                                   runtime::journal_header(config::parse_rig(*vehicle_, "vehicle")));
+      EXPECT_TRUE(writer.ok());
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        Packet tick;
+        tick.kind = PacketKind::Tick;
+        tick.sequence = i;
+        tick.received = HostTime(at + std::chrono::seconds(1 + i));
+        EXPECT_TRUE(writer->append(tick, nanoseconds(0)).ok());
+      }
+      EXPECT_TRUE(writer->close().ok());
+    }
+    MergeWish both = wish(names);
+    both.is_same_clock = is_same_clock;
+    std::size_t count = 0;
+    each(merge(both), [&](const config::Rig&, runtime::Recording& recording) {
+      read_whole(recording, [&](const Packet& packet) { count += packet.kind == PacketKind::Tick; });
+    });
+    return count;
+  };
+  EXPECT_EQ(ticks(true, std::chrono::seconds(10)), 6u) << "one computer's, one part after the other";
+  EXPECT_EQ(ticks(true, std::chrono::seconds(1)), 3u) << "those of one of two at the same time";
 }
 
 TEST_F(TwoComputers, WithoutPulsesArrivalsJoinThemToMilliseconds) {
