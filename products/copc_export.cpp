@@ -30,15 +30,13 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   if (!reader) return source_error(reader.error());
   Result<PointUpgrade> upgrade = PointUpgrade::create(*reader);
   if (!upgrade) return Error{upgrade.error().code, cloud.string() + ": " + upgrade.error().message};
-  storage::LasHeader header = upgrade->header();
+  const storage::LasHeader& header = upgrade->header();
   std::vector<LasPoint> points;
   Status read = reader->next(points, kPointsAtOnce);
   const auto is_wrong = [&read] { return !read && read.error().code != ErrorCode::Truncated; };
   if (is_wrong()) return source_error(read.error());
   if (points.empty() && !read) return read.error();
   if (points.empty()) return Error{ErrorCode::EndOfData, cloud.string() + " has no points: there is nothing to export"};
-  header.point_count = 0;
-  header.points_by_return = {};
   std::vector<storage::LasVlr> records = upgrade->records();
   records.insert(records.begin(), storage::copc_info_vlr());
   auto file = LazFile::create(out, header, records, storage::kLazVariableChunks, options.threads);
@@ -49,8 +47,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
   while (!points.empty()) {
     for (const LasPoint& point : points) {
       if (Status added = tree.add((*upgrade)(point.record)); !added) return added.error();
-      ++file->header().point_count;
-      if (point.return_number >= 1) ++file->header().points_by_return[point.return_number - 1u];
+      file->count(point);
       times.first = std::min(times.first, point.time.value_or(0));
       times.second = std::max(times.second, point.time.value_or(0));
     }
@@ -74,7 +71,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
           file->overwrite(storage::kCopcInfoPlace, storage::encode_copc_info(tree.cube(), header, hierarchy, times));
       !written)
     return written.error();
-  ExportedCloud done{file->header().point_count, file->size(), file->places().size(), !read.ok(), reader->left_out()};
+  ExportedCloud done{file->points(), file->size(), file->places().size(), !read.ok(), reader->left_out()};
   if (Status closed = file->close(); !closed) return closed.error();
   return done;
 }

@@ -11,8 +11,6 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
   auto file = LazFile::create(out, reader->header(), lasting_records(reader->records()), storage::kLazChunkPoints,
                               options.threads);
   if (!file) return file.error();
-  file->header().point_count = 0;
-  file->header().points_by_return = {};
   ExportedCloud done;
   done.left_out = reader->left_out();
   std::vector<storage::LasPoint> points;
@@ -24,13 +22,12 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
     storage::Bytes records;
     for (const storage::LasPoint& point : points) {
       storage::append(records, point.record);
-      if (point.return_number >= 1) ++file->header().points_by_return[point.return_number - 1u];
+      file->count(point);
     }
-    file->header().point_count += points.size();
     if (Status added = file->add(std::move(records)); !added) return added.error();
   }
   if (Status ended = file->end_chunks(); !ended) return ended.error();
-  done.points = file->header().point_count;
+  done.points = file->points();
   done.bytes = file->size();
   done.nodes = file->places().size();
   if (Status closed = file->close(); !closed) return closed.error();

@@ -1,5 +1,7 @@
 #include "products/laz_file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <span>
 #include <string>
 #include <utility>
@@ -27,6 +29,9 @@ Result<LazFile> LazFile::create(const std::filesystem::path& path, const storage
   out.header_.version_minor = 4;
   out.header_.evlr_offset = 0;
   out.header_.evlr_count = 0;
+  out.header_.point_count = 0;
+  out.header_.points_by_return = {};
+  out.header_.minimum = out.header_.maximum = {};
   out.header_.point_format |= storage::kLazFlag;
   out.header_.header_size = storage::kLasHeaderSize14;
   out.header_.vlr_count = static_cast<std::uint32_t>(records.size() + 1);
@@ -36,6 +41,16 @@ Result<LazFile> LazFile::create(const std::filesystem::path& path, const storage
   const storage::ByteView pieces[] = {head, vlrs};
   if (Status written = out.file_.write(pieces); !written) return written.error();
   return out;
+}
+
+void LazFile::count(const storage::LasPoint& point) {
+  const std::array<double, 3> place{point.x, point.y, point.z};
+  if (header_.point_count++ == 0) header_.minimum = header_.maximum = place;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    header_.minimum[i] = std::min(header_.minimum[i], place[i]);
+    header_.maximum[i] = std::max(header_.maximum[i], place[i]);
+  }
+  if (point.return_number >= 1) ++header_.points_by_return[point.return_number - 1u];
 }
 
 Status LazFile::add(Bytes records) {

@@ -9,6 +9,7 @@
 
 #include "storage/copc_format.hpp"
 #include "storage/file_writer.hpp"
+#include "storage/las_reader.hpp"
 #include "storage/laz_format.hpp"
 
 namespace hueline::products {
@@ -19,11 +20,14 @@ namespace hueline::products {
 class LazFile {
  public:
   /// Creates the file. `header` describes the records (point_format without the flag of LAZ) and gets its sizes and
-  /// offsets here; `records` are the variable length records, to which that of LASzip is added at the end.
+  /// offsets here; its counts and its bounds are those of the points that are counted with count(), whatever it says.
+  /// `records` are the variable length records, to which that of LASzip is added at the end.
   /// `chunk_points` is kLazVariableChunks if the chunks differ. Errors: Invalid (another point format); Io.
   static Result<LazFile> create(const std::filesystem::path& path, const storage::LasHeader& header,
                                 const std::vector<storage::LasVlr>& records, std::uint32_t chunk_points, int threads);
 
+  /// Counts a point in the header, and widens the header's bounds to it.
+  void count(const storage::LasPoint& point);
   /// Adds a chunk of whole records, at least one. Error: Io.
   Status add(storage::Bytes records);
   /// Writes what is still being compressed, and the table. No chunk may be added after it.
@@ -32,13 +36,14 @@ class LazFile {
   Status append(storage::ByteView bytes) { return file_.write(bytes); }
   /// Replaces bytes that are in the file.
   Status overwrite(std::uint64_t offset, storage::ByteView bytes) { return file_.overwrite(offset, bytes); }
-  /// Writes the header with its final counts and closes the file.
+  /// Writes the header with its final counts and bounds, and closes the file.
   Status close();
 
   /// The chunks in the file; complete after end_chunks().
   const std::vector<storage::LazPlace>& places() const { return places_; }
   std::uint64_t size() const { return file_.size(); }
   storage::LasHeader& header() { return header_; }
+  std::uint64_t points() const { return header_.point_count; }
 
  private:
   explicit LazFile(storage::FileWriter file) : file_(std::move(file)) {}

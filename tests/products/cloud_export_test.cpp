@@ -45,6 +45,29 @@ std::string contents(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+TEST(ExportLaz, AndCopcHaveTheBoundsOfTheirPointsWhateverTheCloudSays) {
+  const TemporaryFolder folder;
+  write_cloud(folder / "cloud.las", 1000);
+  const auto right = LasReader::open(folder / "cloud.las")->header();
+  {  // max x and min x stand at byte 179 of the header
+    std::fstream file(folder / "cloud.las", std::ios::binary | std::ios::in | std::ios::out);
+    const double wrong[] = {right.minimum[0] + 0.001, right.maximum[0] + 500};
+    file.seekp(179);
+    file.write(reinterpret_cast<const char*>(wrong), sizeof wrong);
+    ASSERT_TRUE(file.good());
+  }
+  ASSERT_NE(LasReader::open(folder / "cloud.las")->header().minimum, right.minimum);
+  ASSERT_TRUE(export_laz(folder / "cloud.las", folder / "out.laz", {}));
+  ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "out.copc.laz", {}));
+  for (const char* name : {"out.laz", "out.copc.laz"}) {
+    const auto header = LasReader::open(folder / name)->header();
+    EXPECT_EQ(header.minimum, right.minimum) << name;
+    EXPECT_EQ(header.maximum, right.maximum) << name;
+    EXPECT_EQ(header.point_count, 1000u) << name;
+    EXPECT_EQ(header.points_by_return, right.points_by_return) << name;
+  }
+}
+
 TEST(ExportLaz, HasTheSameRecordsAndSaysTheSame) {
   const TemporaryFolder folder;
   write_cloud(folder / "cloud.las", 60'000);
