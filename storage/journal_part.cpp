@@ -16,7 +16,7 @@ PartChoice::Fate PartChoice::judge(const Packet& packet) {
   }
   // The stamps of different devices do not come quite in order: the time of the drive is that of the newest.
   newest_ = std::max(newest_, packet.received - begin_);
-  if (part_.to_s && newest_ > from_seconds(*part_.to_s)) return Fate::Stop;
+  if (part_.to_s && newest_ >= from_seconds(*part_.to_s)) return Fate::Stop;
   if (newest_ < from_seconds(part_.from_s)) {
     ++before_;
     return Fate::LeaveOut;

@@ -17,7 +17,7 @@ inline constexpr const char* kPartOf = "part_of";
 /// Which packets of a recording go into another one.
 struct JournalPart {
   double from_s = 0;             ///< s after the first packet of the recording, as in the health and the verdict
-  std::optional<double> to_s{};  ///< empty: to the end
+  std::optional<double> to_s{};  ///< what comes then is left out; empty: to the end
   /// By SensorId, whether the sensor's packets are left out; may be shorter than the sensors. hueline's own are kept.
   std::vector<bool> left_out{};
   bool unpacks_images = false;  ///< packed images are stored as they came

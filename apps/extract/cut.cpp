@@ -97,7 +97,8 @@ void add_cut(Command& all) {
   command.required("--out", options->out, "the new recording, an .mcap file")
       .writes_recording(options->out, storage::kPartOf);
   command.setting("--from", options->from_s, "s after the recording's first packet, as in the verdict", {0, 1e9});
-  command.option("--to", options->to_s, "likewise; default: the recording's end", {0, 1e9});
+  command.option("--to", options->to_s,
+                 "likewise; what came then or later is left out; default: to the recording's end", {0, 1e9});
   command.option("--without", options->without, "sensors that are left out, by their names");
   command.flag("--unpack", options->unpack,
                "store images that the recording packs (pack_images in the rig) as they came, for other programs");

@@ -117,6 +117,18 @@ TEST_F(JournalParts, TimeIsThatOfTheNewestPacketSoFar) {
   EXPECT_TRUE(copied.ends_early);
 }
 
+TEST_F(JournalParts, APacketAtTheTimeOfACutIsInTheSecondPartAlone) {
+  // A receiver's log whose times are whole seconds: a cut between two of them is the exception.
+  auto packets = sample_packets(10);
+  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].received = packets[0].received + std::chrono::seconds(i);
+  write(packets);
+  EXPECT_EQ(copy({.from_s = 0, .to_s = 4}).packets, 4u);
+  copy({.from_s = 4});
+  const auto part = read();
+  ASSERT_EQ(part.size(), 6u);
+  EXPECT_TRUE(equal_but_for_sequence(packets[4], part[0]));
+}
+
 TEST_F(JournalParts, SensorsThatAreLeftOutAreNoGaps) {
   const auto packets = sample_packets(300);
   write(packets);
