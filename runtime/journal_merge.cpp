@@ -126,8 +126,7 @@ class Merge {
     packet.sequence = ledgers_.keep(packet);
     ++result_.packets;
     result_.bytes += packet.bytes.size();
-    // The time by which a capture hands its data to the disk does not matter here.
-    return writer_.append(packet, nanoseconds(0));
+    return writer_.append(packet, newest_.time_since_epoch());
   }
 
   Status write_ledger() {
@@ -173,9 +172,7 @@ Result<MergedJournal> write_merged(std::vector<MergeInput>& inputs, const storag
                                    const std::function<void(std::uint64_t)>& progress) {
   for (MergeInput& input : inputs)
     if (Status opened = input.journal->open(); !opened.ok()) return opened.error();
-  storage::JournalWriter::Config config;
-  config.if_exists = IfExists::Replace;
-  auto writer = storage::JournalWriter::create(to, header, config);
+  auto writer = storage::JournalWriter::create(to, header, storage::JournalWriter::Config::of_copy());
   if (!writer.ok()) return writer.error();
   auto result = Merge(inputs, header.sensors.size(), *writer).run(stop, progress);
   const Status closed = writer->close();

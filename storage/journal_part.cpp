@@ -44,9 +44,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   header.about[kPartOf] = fmt::format("{}, {} s to {}", name, part.from_s,
                                       part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
   header.has_packed_images = header.has_packed_images && !part.unpacks_images;
-  JournalWriter::Config config;
-  config.if_exists = IfExists::Replace;
-  auto writer = JournalWriter::create(to, header, config);
+  auto writer = JournalWriter::create(to, header, JournalWriter::Config::of_copy());
   if (!writer.ok()) return writer.error();
   CopiedPart result;
   PartChoice choice(part);
@@ -71,8 +69,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
     }
     if (fate == PartChoice::Fate::LeaveOut) continue;
     packet->sequence = choice.sequence_of(*packet);
-    // The time by which a capture hands its data to the disk does not matter here.
-    if (Status written = writer->append(*packet, nanoseconds(0)); !written.ok()) return written.error();
+    if (Status written = writer->append(*packet, choice.newest()); !written.ok()) return written.error();
     ++result.packets;
     result.bytes += packet->bytes.size();
   }

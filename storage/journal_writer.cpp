@@ -110,6 +110,14 @@ Buffer JournalWriter::pack(const Packet& packet) {
   return std::move(out).share();
 }
 
+JournalWriter::Config JournalWriter::Config::of_copy() {
+  Config out;
+  out.chunk_time = std::chrono::seconds(1);
+  out.sync_interval = nanoseconds(0);
+  out.if_exists = IfExists::Replace;
+  return out;
+}
+
 bool JournalWriter::is_chunk_old(nanoseconds now) const { return now - *chunk_begun_ >= config_.chunk_time; }
 
 bool JournalWriter::is_sync_due(nanoseconds now) const {

@@ -33,6 +33,10 @@ class JournalWriter {
     nanoseconds sync_interval = std::chrono::milliseconds(1500);
     IfExists if_exists = IfExists::Refuse;
     std::string validate() const;
+    /// Returns how a recording is written that is made of another file: over an earlier one, and forced to the medium
+    /// at its end only. append() is told the packets' own times here, so that a chunk spans a second: that much is lost
+    /// with a damaged one, also where few bytes come.
+    static Config of_copy();
   };
   /// Counts of one sensor. Over all sensors and after close(): packets == packets_written() + packets_lost().
   struct Counts {

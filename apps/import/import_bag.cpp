@@ -228,9 +228,8 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   if (Status done = write_output(options.out / "rig.yaml", rig.text); !done.ok()) return done.error();
   storage::JournalHeader header = runtime::journal_header(rig);
   header.about[kImportedFrom] = fs::path(options.bag).filename().string();
-  storage::JournalWriter::Config config;
-  config.if_exists = IfExists::Replace;
-  auto writer = storage::JournalWriter::create(options.out / "drive.mcap", header, config);
+  auto writer =
+      storage::JournalWriter::create(options.out / "drive.mcap", header, storage::JournalWriter::Config::of_copy());
   if (!writer.ok()) return writer.error();
   OrderedJournal journal(std::move(*writer));
   Transcriber transcriber(sensors.sensors(), *pose, std::move(world), journal);

@@ -40,7 +40,7 @@ Status OrderedJournal::write() {
   waiting_.pop();
   waiting_bytes_ -= packet.bytes.size();
   packet.sequence = written_++;
-  return writer_.append(packet, nanoseconds(0));
+  return writer_.append(packet, packet.received.time_since_epoch());
 }
 
 Transcriber::Transcriber(const std::vector<ImportedSensor>& sensors, const PoseChoice& pose, drivers::RosWorld world,

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -127,6 +130,30 @@ TEST_F(JournalParts, APacketAtTheTimeOfACutIsInTheSecondPartAlone) {
   const auto part = read();
   ASSERT_EQ(part.size(), 6u);
   EXPECT_TRUE(equal_but_for_sequence(packets[4], part[0]));
+}
+
+TEST_F(JournalParts, ADamageOfACopyCostsASecondWhereFewBytesCome) {
+  auto packets = sample_packets(10);
+  const std::string mark = "the bytes that the disk will damage";
+  packets[5].bytes = Buffer::copy_of(std::as_bytes(std::span(mark)));
+  for (std::size_t i = 0; i < packets.size(); ++i) packets[i].received = packets[0].received + std::chrono::seconds(i);
+  write(packets);
+  ASSERT_EQ(copy({}).packets, 10u);
+  {
+    std::fstream file(part_, std::ios::binary | std::ios::in | std::ios::out);
+    const std::string all{std::istreambuf_iterator<char>(file), {}};
+    const std::size_t at = all.find(mark);
+    ASSERT_NE(at, std::string::npos);
+    file.seekp(static_cast<std::streamoff>(at));
+    file.put('T');
+    ASSERT_TRUE(file.good());
+  }
+  auto journal = JournalReader::open(part_);
+  ASSERT_TRUE(journal.ok());
+  const auto recovered = copy_part(**journal, "part.mcap", {}, folder_ / "recovered.mcap");
+  ASSERT_TRUE(recovered.ok()) << recovered.error().message;
+  EXPECT_EQ(recovered->damages, 1u);
+  EXPECT_EQ(recovered->packets, 9u);
 }
 
 TEST_F(JournalParts, SensorsThatAreLeftOutAreNoGaps) {
