@@ -74,8 +74,8 @@ struct CopiedPart {
 /// missing and those that are left out do not. The ledgers of the old one are left out if sequences change. The header
 /// says where the new one is from. Chunks before the time are passed over without reading them.
 ///
-/// Errors: of the new file, which is then as far as it came; Unsupported if there is nothing to write. The old file is
-/// only read.
+/// Errors: of the new file, which gets its name only when it is whole: until then an older file of that name stays;
+/// Unsupported if there is nothing to write. The old file is only read.
 Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, const JournalPart& part,
                              const std::filesystem::path& to);
 

@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -73,6 +75,31 @@ TEST_F(JournalParts, TheWholeIsTheSameWithTheSameGaps) {
   }
   EXPECT_EQ(copied.packets, packets.size());
   EXPECT_TRUE(copied.end.ok());
+}
+
+TEST_F(JournalParts, ACopyThatFailsLeavesTheOlderFileOfItsName) {
+  write(sample_packets(500));
+  copy({.from_s = 0.1, .to_s = 0.2});
+  const auto older = read();
+  ASSERT_FALSE(older.empty());
+  auto journal = JournalReader::open(whole_);
+  ASSERT_TRUE(journal.ok());
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit now{4096, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &now);
+  const auto copied = copy_part(**journal, "whole.mcap", {}, part_);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(copied.ok());
+  EXPECT_EQ(copied.error().code, ErrorCode::Io);
+  const auto left = read();
+  ASSERT_EQ(left.size(), older.size());
+  for (std::size_t i = 0; i < left.size(); ++i) EXPECT_TRUE(test::same(left[i], older[i])) << i;
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(part_.parent_path()))
+    files.push_back(entry.path().filename().string());
+  EXPECT_THAT(files, testing::UnorderedElementsAre("whole.mcap", "part.mcap"));
 }
 
 TEST_F(JournalParts, ABeginIsCheckedWithoutLosingAPacket) {
