@@ -10,6 +10,8 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "core/angle.hpp"
@@ -127,6 +129,16 @@ bool has_capability(int bit) {
   return false;
 }
 
+constexpr const char* kCorrectMap = "correct cloud.crs, datum or geoid in the rig";
+
+/// Returns what is wrong with the map itself, which any place shows. What is wrong with it at that place does not
+/// matter.
+std::optional<std::string> wrong_map(const config::Rig& rig) {
+  const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.map);
+  if (map.ok() || map.error().code != ErrorCode::Invalid) return std::nullopt;
+  return "cloud: " + map.error().message;
+}
+
 template <class T>
 T first_of(const char* file, T otherwise) {
   std::ifstream in(file);
@@ -144,11 +156,13 @@ std::vector<Finding> check_rig(const config::Rig& rig) {
   check_mounting("head", rig.geometry.head.T_body_head.translation, out);
   for (const auto& laser : rig.geometry.lasers)
     check_mounting(rig.sensor_names().at(laser.sensor), laser.T_body_scanner.translation, out);
-  // Any place shows what is wrong with the map itself. What is wrong with the map at that place does not matter.
-  if (const auto map = storage::Projection::create({0.84, 0.16, 100}, rig.map);
-      !map.ok() && map.error().code == ErrorCode::Invalid)
-    out.push_back({true, "rig", "cloud: " + map.error().message, "correct cloud.crs, datum or geoid in the rig"});
+  if (const auto wrong = wrong_map(rig)) out.push_back({true, "rig", *wrong, kCorrectMap});
   return out;
+}
+
+Status check_map(const config::Rig& rig) {
+  const auto wrong = wrong_map(rig);
+  return wrong ? Status(Error{ErrorCode::Invalid, fmt::format("{}: {}", *wrong, kCorrectMap)}) : Status();
 }
 
 HostFacts read_host_facts() {

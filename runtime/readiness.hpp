@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/rig.hpp"
+#include "core/result.hpp"
 #include "runtime/health.hpp"
 
 namespace hueline::runtime {
@@ -36,6 +37,9 @@ HostFacts read_host_facts();
 /// lenses on one region, a lens that is upside down, a focal length that cannot fit, mountings beyond a vehicle, an
 /// event input whose marks the receiver is not asked for, a map that is not projected.
 std::vector<Finding> check_rig(const config::Rig& rig);
+/// Returns what is wrong with the map of the cloud itself, wherever the drive is: a CRS that does not exist or is not
+/// projected, a datum or a geoid that is not known here. Error: Invalid, with what to do.
+Status check_map(const config::Rig& rig);
 /// Returns what is wrong with the computer for a drive of that many hours.
 std::vector<Finding> check_host(const config::Rig& rig, const HostFacts& facts, double hours);
 /// Returns what the sensors that are there lack, by the health of a short run without recording.

@@ -30,6 +30,7 @@
 #include "runtime/live_run.hpp"
 #include "runtime/outputs.hpp"
 #include "runtime/pipeline.hpp"
+#include "runtime/readiness.hpp"
 #include "runtime/recording.hpp"
 #include "storage/recording_config.hpp"
 
@@ -345,6 +346,11 @@ int capture(const CaptureOptions& options) {
   StopSignals signals;  // before any thread
   const config::Rig rig = config::load_rig(options.rig);
   signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
+  // A drive costs more than a cloud, which a replay can make.
+  if (const Status map = runtime::check_map(rig); !map.ok())
+    log_error(
+        "{}, or no cloud can be written; everything is recorded, and a replay with a corrected rig makes the cloud",
+        map.error().message);
   if (options.out.empty() == options.drives.empty()) {
     log_error("give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own");
     return kWrongUse;

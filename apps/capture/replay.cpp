@@ -23,6 +23,7 @@
 #include "runtime/outputs.hpp"
 #include "runtime/pacer.hpp"
 #include "runtime/pipeline.hpp"
+#include "runtime/readiness.hpp"
 #include "runtime/recording.hpp"
 #include "storage/journal_part.hpp"
 
@@ -141,6 +142,10 @@ int replay(const ReplayOptions& options) {
     return opening_status(opened.error());
   }
   runtime::PostTrajectory* const trajectory = opened->get();
+  if (const Status map = runtime::check_map(recording->rig); !map.ok()) {
+    log_error("{}; --rig names a corrected one", map.error().message);
+    return kWrongUse;
+  }
   auto outputs = runtime::Outputs::create(recording->rig, options.out,
                                           [](const std::string& trouble) { log_error("{}", trouble); });
   if (!outputs.ok()) {

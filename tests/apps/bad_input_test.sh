@@ -106,4 +106,12 @@ says "mixed.yaml:[0-9]*: key 'sensors' have no time in common: laser is read fro
 sed 's/T_body_scanner/T_body_scaner/' cut.yaml >typo.yaml
 ends 2 "$hueline" capture typo.yaml --out typo
 says "typo.yaml:[0-9]*: key 'sensors\[0\]"
+
+# A map that does not exist: a replay has nothing else to give, a capture its recording.
+{ cat cut.yaml; echo "cloud: {crs: EPSG:99999}"; } >nowhere.yaml
+ends 3 "$hueline" capture nowhere.yaml --out nowhere --quiet
+says "EPSG:99999.*correct cloud.crs, datum or geoid in the rig.*everything is recorded"
+ends 2 "$hueline" replay nowhere --out again
+says "EPSG:99999.*correct cloud.crs, datum or geoid in the rig; --rig names a corrected one"
+[ ! -e again ] || fail "a refused map made a folder"
 echo "all refused, told and kept"

@@ -87,10 +87,12 @@ TEST_F(RigCheck, FindsMarksThatNobodyAskedFor) {
 TEST_F(RigCheck, FindsAMapThatCannotBeMade) {
   rig_.map.crs = "EPSG:4326";
   expect("rig", "is not a projected CRS");
+  EXPECT_EQ(check_map(rig_).error().code, ErrorCode::Invalid);
   rig_.map.crs = "EPSG:2056";
   expect("rig", "no GNSS service gives positions");
   rig_.map.datum = "EPSG:4937";  // of Switzerland: the place that was tried does not matter
   EXPECT_EQ(text(check_rig(rig_)), "");
+  EXPECT_TRUE(check_map(rig_).ok());
 }
 
 TEST_F(RigCheck, FindsWhatTheComputerLacks) {
