@@ -79,6 +79,7 @@ class JournalMerge : public testing::Test {
   MergedJournal merge() {
     std::vector<MergeInput> inputs;
     inputs.push_back(input("a.mcap", {0, kPos, kLaser}));
+    inputs[0].has_ticks = true;
     inputs.push_back(input("b.mcap", {0, kCamera, std::nullopt}));
     auto merged = merge_journals(inputs, kVehicle, folder_ / "c.mcap", {});
     EXPECT_TRUE(merged.ok()) << merged.error().message;
@@ -254,6 +255,7 @@ TEST_F(JournalMerge, AStoppedMergeLeavesNothing) {
   stop.request_stop();
   std::vector<MergeInput> inputs;
   inputs.push_back(input("a.mcap", {0, kPos, kLaser}));
+  inputs[0].has_ticks = true;
   inputs.push_back(input("b.mcap", {0, kCamera, std::nullopt}));
   const auto merged = merge_journals(inputs, kVehicle, folder_ / "c.mcap", stop.get_token());
   ASSERT_FALSE(merged.ok());
