@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/replaced_file.hpp"
 #include "runtime/ledger_join.hpp"
 #include "storage/journal_writer.hpp"
 
@@ -176,10 +177,7 @@ Result<MergedJournal> write_merged(std::vector<MergeInput>& inputs, const storag
   if (!writer.ok()) return writer.error();
   auto result = Merge(inputs, header.sensors.size(), *writer).run(stop, progress);
   const Status closed = writer->close();
-  if (result.ok() && closed.ok()) return result;
-  std::error_code ignored;  // what failed before is what is told
-  std::filesystem::remove(to, ignored);
-  return result.ok() ? Result<MergedJournal>(closed.error()) : result;
+  return result.ok() && !closed.ok() ? Result<MergedJournal>(closed.error()) : result;
 }
 
 }  // namespace
@@ -187,14 +185,13 @@ Result<MergedJournal> write_merged(std::vector<MergeInput>& inputs, const storag
 Result<MergedJournal> merge_journals(std::vector<MergeInput>& inputs, const storage::JournalHeader& header,
                                      const std::filesystem::path& to, std::stop_token stop,
                                      const std::function<void(std::uint64_t)>& progress) {
-  std::filesystem::path partial = to;
-  partial += ".part";
-  auto result = write_merged(inputs, header, partial, stop, progress);
+  auto replaced = ReplacedFile::plan(to);
+  if (!replaced.ok()) return replaced.error();
+  if (*replaced) (*replaced)->begin();
+  auto result = write_merged(inputs, header, *replaced ? (*replaced)->part() : to, stop, progress);
   if (!result.ok()) return result;
-  std::error_code failed;
-  std::filesystem::rename(partial, to, failed);
-  if (failed)
-    return Error{ErrorCode::Io, fmt::format("rename {} to {}: {}", partial.string(), to.string(), failed.message())};
+  if (const int done = *replaced ? (*replaced)->commit() : 0; done != 0)
+    return io_error("rename " + to.string(), -done);
   return result;
 }
 

@@ -47,9 +47,9 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   header.has_packed_images = header.has_packed_images && !part.unpacks_images;
   auto replaced = ReplacedFile::plan(to);
   if (!replaced.ok()) return replaced.error();
+  if (*replaced) (*replaced)->begin();
   auto writer = JournalWriter::create(*replaced ? (*replaced)->part() : to, header, JournalWriter::Config::of_copy());
   if (!writer.ok()) return writer.error();
-  if (*replaced) (*replaced)->begin();
   CopiedPart result;
   PartChoice choice(part);
   bool has_begun = false;

@@ -82,17 +82,19 @@ TEST_F(JournalParts, ACopyThatFailsLeavesTheOlderFileOfItsName) {
   copy({.from_s = 0.1, .to_s = 0.2});
   const auto older = read();
   ASSERT_FALSE(older.empty());
-  auto journal = JournalReader::open(whole_);
-  ASSERT_TRUE(journal.ok());
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit now{4096, before.rlim_max};
-  ::setrlimit(RLIMIT_FSIZE, &now);
-  const auto copied = copy_part(**journal, "whole.mcap", {}, part_);
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  ASSERT_FALSE(copied.ok());
-  EXPECT_EQ(copied.error().code, ErrorCode::Io);
+  for (const rlim_t bytes : {rlim_t{100}, rlim_t{4096}}) {  // in the header, and in the packets
+    auto journal = JournalReader::open(whole_);
+    ASSERT_TRUE(journal.ok());
+    const rlimit now{bytes, before.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &now);
+    const auto copied = copy_part(**journal, "whole.mcap", {}, part_);
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    ASSERT_FALSE(copied.ok()) << bytes;
+    EXPECT_EQ(copied.error().code, ErrorCode::Io);
+  }
   const auto left = read();
   ASSERT_EQ(left.size(), older.size());
   for (std::size_t i = 0; i < left.size(); ++i) EXPECT_TRUE(test::same(left[i], older[i])) << i;
