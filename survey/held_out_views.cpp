@@ -84,17 +84,22 @@ void HeldOutViews::decide(const Waiting& exposure) {
     const Eigen::Vector3f p =
         R_head_enu * (Eigen::Vector3d(point.east, point.north, point.up) - head_enu).cast<float>();
     const float distance = p.norm();
+    if (distance < kNearestView_m || distance > kFarthestView_m) continue;
     fusion::Sight sight;
-    if (distance < kNearestView_m || distance > kFarthestView_m ||
-        !projector_.see(p.x(), p.y(), p.z(), has_image.data(), blind, sight))
-      continue;
-    by_lens[sight.lens].push_back({sight.x, sight.y, distance, &point});
+    if (config_.every_lens) {
+      for (const fusion::FloatLens& lens : projector_.lenses())
+        if (has_image[lens.camera] != 0 && (blind >> lens.index & 1) == 0 && lens.project(p.x(), p.y(), p.z(), sight))
+          by_lens[lens.index].push_back({sight.x, sight.y, distance, &point});
+    } else if (projector_.see(p.x(), p.y(), p.z(), has_image.data(), blind, sight)) {
+      by_lens[sight.lens].push_back({sight.x, sight.y, distance, &point});
+    }
   }
   for (std::size_t lens = 0; lens < by_lens.size(); ++lens)
-    if (!by_lens[lens].empty()) predict(exposure, static_cast<std::uint8_t>(lens), by_lens[lens]);
+    if (!by_lens[lens].empty()) predict(exposure, head_enu, static_cast<std::uint8_t>(lens), by_lens[lens]);
 }
 
-void HeldOutViews::predict(const Waiting& exposure, std::uint8_t lens, const std::vector<Projected>& points) {
+void HeldOutViews::predict(const Waiting& exposure, const Eigen::Vector3d& head_enu, std::uint8_t lens,
+                           const std::vector<Projected>& points) {
   const fusion::LensMount& mount = rig_.head.lenses[lens];
   const fusion::RawView view = fusion::view_of(exposure.image);
   const auto width = static_cast<int>(mount.intrinsics.width), height = static_cast<int>(mount.intrinsics.height);
@@ -129,13 +134,14 @@ void HeldOutViews::predict(const Waiting& exposure, std::uint8_t lens, const std
                                         static_cast<std::size_t>(p.x + 0.5f)];
     if (winner == nullptr || p.distance < winner->distance) winner = &p;
   }
-  PredictedView out{exposure.exposure, lens, {}};
+  PredictedView out{exposure.exposure, lens, head_enu, {}, {}};
   for (const Projected* p : winners_) {
     if (p == nullptr) continue;
     const auto x = static_cast<int>(p->x), y = static_cast<int>(p->y);
     const fusion::Rgb seen =
         fusion::sample(view, x + static_cast<int>(mount.x_offset), y + static_cast<int>(mount.y_offset),
                        p->x - static_cast<float>(x), p->y - static_cast<float>(y));
+    out.places.push_back({static_cast<std::uint16_t>(p->x + 0.5f), static_cast<std::uint16_t>(p->y + 0.5f)});
     out.pixels.push_back({p->point->colour, {to_byte(seen.red), to_byte(seen.green), to_byte(seen.blue)}});
   }
   sink_(out);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -22,7 +23,9 @@ struct PredictedView {
   };
   std::uint32_t exposure = 0;
   std::uint8_t lens = 0;
-  std::vector<Pixel> pixels;  ///< those that the cloud has a point for, at most one for each pixel of the image
+  Eigen::Vector3d head_enu{0, 0, 0};  ///< place of the head at the exposure, m
+  std::vector<Pixel> pixels;          ///< those that the cloud has a point for, at most one for each pixel of the image
+  std::vector<std::array<std::uint16_t, 2>> places;  ///< column and row of each of these pixels in the lens image
 };
 
 /// Judges the colouring without truth: it colours the drive once more without some of the exposures, projects the
@@ -41,6 +44,9 @@ class HeldOutViews : public runtime::ProductSink {
     nanoseconds reach{1'000'000'000};
     double disc_deg = 1.0;  ///< radius of a point's disc in the coarse buffer
     int threads = 1;        ///< of the second colouring, the caller's included
+    /// Whether a point predicts the pixels of all lenses whose images contain it, masks and hole aside. Otherwise only
+    /// that of the lens which sees it best.
+    bool every_lens = false;
   };
   using Sink = std::function<void(const PredictedView&)>;
   /// `colouring.validate()` and `rig.validate()` must be empty. `sink` gets the views, in order of time.
@@ -77,7 +83,8 @@ class HeldOutViews : public runtime::ProductSink {
   };
   void decide_ready(bool everything);
   void decide(const Waiting& exposure);
-  void predict(const Waiting& exposure, std::uint8_t lens, const std::vector<Projected>& points);
+  void predict(const Waiting& exposure, const Eigen::Vector3d& head_enu, std::uint8_t lens,
+               const std::vector<Projected>& points);
 
   Config config_;
   fusion::RigGeometry rig_;

@@ -30,6 +30,7 @@ void add_calibrate(Command& all) {
   calibrate.needs_command();
   add_calibrate_lens(calibrate);
   add_calibrate_mount(calibrate);
+  add_calibrate_mask(calibrate);
   add_calibrate_boresight(calibrate);
   add_calibrate_targets(calibrate);
   add_calibrate_example(calibrate);

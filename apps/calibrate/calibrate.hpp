@@ -11,6 +11,7 @@ namespace hueline::apps {
 
 /// Each function adds the command of one tool to `calibrate`.
 void add_calibrate_lens(Command& calibrate);
+void add_calibrate_mask(Command& calibrate);
 void add_calibrate_mount(Command& calibrate);
 void add_calibrate_boresight(Command& calibrate);
 void add_calibrate_targets(Command& calibrate);

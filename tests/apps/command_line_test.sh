@@ -30,7 +30,7 @@ touch a.mcap
 told 2 "a.mcap and ./a.mcap are the same: name each recording once" merge a.mcap ./a.mcap --rig street --out b.mcap
 told 3 "open nothere.mcap: there is no such recording or folder" merge a.mcap nothere.mcap --rig street --out b.mcap
 told 2 "a.gif: a moving picture is written as WebP" picture cloud.las --moving a.gif
-for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
+for command in "" capture replay simulate verify score colour "calibrate lens" "calibrate mount" "calibrate mask" "calibrate boresight" "calibrate targets" "calibrate targets-example" measure "rig show" \
                inspect merge panorama picture "fleet plan" "fleet run" "fleet task" "fleet submit" "fleet status" "fleet catalogue"; do
   ends 0 "$hueline" $command --help
   [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"

@@ -73,6 +73,7 @@ missing 3 calibrate mount --points nosuch.csv --rig rig.yaml
 missing 3 calibrate mount --recording nosuch.mcap
 missing 3 calibrate mount --image nosuch.png --cloud nosuch.pcd --lens nosuch.yaml --start nosuch.yaml
 missing 3 calibrate boresight --recording nosuch.mcap
+missing 3 calibrate mask --recording nosuch.mcap
 missing 3 calibrate targets --targets nosuch.csv --stations stations.csv --out out
 missing 3 calibrate targets --targets targets.csv --stations nosuch.csv --out out
 missing 3 fleet plan nosuch.mcap --out out.json

@@ -100,6 +100,32 @@ TEST(HeldOutViews, WhatLiesBehindThePointsAroundItPredictsNothing) {
   EXPECT_GT(pixels_of(views(vehicle, grid(vehicle, behind(5.1)), grey, grey)), front * 3 / 2);
 }
 
+TEST(HeldOutViews, PredictEveryLensThatContainsAPointIfTheyAreAskedTo) {
+  StandingVehicle vehicle;
+  vehicle.rig.head.lenses[0].masks = {{{-1, -1}, {5000, -1}, {5000, 5000}, {-1, 5000}}};  // it gives no colour
+  const Image image = vehicle.image([](double, double, int) { return 100.0; });
+  std::array<std::size_t, 2> pixels_ahead{}, pixels{};
+  for (const bool every_lens : {false, true}) {
+    HeldOutViews held_out({}, vehicle.rig, {.every = 4, .every_lens = every_lens}, [&](const PredictedView& view) {
+      ASSERT_EQ(view.places.size(), view.pixels.size());
+      for (const auto& [x, y] : view.places) {
+        EXPECT_LT(x, vehicle.rig.head.lenses[view.lens].intrinsics.width);
+        EXPECT_LT(y, vehicle.rig.head.lenses[view.lens].intrinsics.height);
+      }
+      pixels[every_lens ? 1 : 0] += view.pixels.size();
+      pixels_ahead[every_lens ? 1 : 0] += view.lens == 0 ? view.pixels.size() : 0;
+    });
+    std::vector<Exposure> exposures;
+    for (int i = 0; i < static_cast<int>(kSeconds * 4); ++i)
+      exposures.push_back(make_exposure(static_cast<std::uint32_t>(i), 0.25 * i + 0.05, image));
+    vehicle.feed(held_out, grid(vehicle, [](double, double) { return 8.0; }), exposures, kSeconds);
+    held_out.finish();
+  }
+  EXPECT_EQ(pixels_ahead[0], 0u);
+  EXPECT_GT(pixels_ahead[1], 100u);
+  EXPECT_GT(pixels[1], pixels[0]);
+}
+
 TEST(HeldOutViews, DoNotDependOnTheNumberOfThreads) {
   const StandingVehicle vehicle;
   const Image ramp = vehicle.image([](double azimuth, double elevation, int) { return 128 + azimuth + elevation; });
