@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <initializer_list>
 
 #include "core/printable.hpp"
+#include "storage/e57_pages.hpp"
 
 namespace hueline::products {
 namespace {
@@ -14,19 +14,8 @@ namespace {
 using storage::Bytes;
 using storage::ByteView;
 
-constexpr std::size_t kPage = 1024, kPayload = kPage - 4;
-constexpr std::size_t kFileHeader = 48, kSectionHeader = 32;
-constexpr std::size_t kPacketHead = 6, kMostPacket = 65536;
-constexpr std::uint8_t kDataPacket = 1, kIndexPacket = 0, kVectorSection = 1;
-
-/// Returns where a byte lies in the file, between the checksums of the pages.
-std::uint64_t in_file(std::uint64_t logical) { return logical / kPayload * kPage + logical % kPayload; }
-
-/// CRC-32C (Castagnoli), which the format stores big endian.
 void append_checksum(Bytes& page) {
-  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc;
-  crc.process_bytes(page.data(), page.size());
-  const std::uint32_t sum = crc.checksum();
+  const std::uint32_t sum = storage::e57_checksum(page);
   for (const int shift : {24, 16, 8, 0}) page.push_back(static_cast<std::byte>(sum >> shift));
 }
 
@@ -59,7 +48,7 @@ E57File::E57File(storage::FileWriter file, std::vector<E57Field> fields)
     : file_(std::move(file)), fields_(std::move(fields)), streams_(fields_.size()) {
   std::size_t size = 0;
   for (const E57Field& field : fields_) size += field.size();
-  most_in_packet_ = (kMostPacket - kPacketHead - 2 * fields_.size() - 4) / size;
+  most_in_packet_ = (storage::kE57MostPacket - storage::kE57PacketHead - 2 * fields_.size() - 4) / size;
   digest_ = {0xcbf29ce484222325, 0x84222325cbf29ce4};  // FNV-1a, from two starts
 }
 
@@ -68,7 +57,8 @@ Result<E57File> E57File::create(const std::filesystem::path& path, std::vector<E
   if (!file) return file.error();
   E57File out(std::move(*file), std::move(fields));
   // The heads are known at the end.
-  if (Status begun = out.append(Bytes(kFileHeader + kSectionHeader)); !begun) return begun.error();
+  if (Status begun = out.append(Bytes(storage::kE57FileHeader + storage::kE57SectionHeader)); !begun)
+    return begun.error();
   return out;
 }
 
@@ -83,10 +73,10 @@ Status E57File::write_page() {
 Status E57File::append(ByteView bytes) {
   written_ += bytes.size();
   while (!bytes.empty()) {
-    const std::size_t part = std::min(bytes.size(), kPayload - page_.size());
+    const std::size_t part = std::min(bytes.size(), storage::kE57Payload - page_.size());
     storage::append(page_, bytes.first(part));
     bytes = bytes.subspan(part);
-    if (page_.size() < kPayload) break;
+    if (page_.size() < storage::kE57Payload) break;
     if (Status written = write_page(); !written) return written;
   }
   return {};
@@ -103,12 +93,12 @@ Status E57File::add(ByteView point) {
 
 Status E57File::write_packet() {
   if (waiting_ == 0) return {};
-  std::size_t size = kPacketHead + 2 * streams_.size();
+  std::size_t size = storage::kE57PacketHead + 2 * streams_.size();
   for (const Bytes& stream : streams_) size += stream.size();
   const std::size_t padding = (4 - size % 4) % 4;
   Bytes packet;
   packet.reserve(size + padding);
-  storage::append(packet, kDataPacket);
+  storage::append(packet, storage::kE57DataPacket);
   storage::append(packet, std::uint8_t{0});
   storage::append(packet, static_cast<std::uint16_t>(size + padding - 1));
   storage::append(packet, static_cast<std::uint16_t>(streams_.size()));
@@ -159,7 +149,7 @@ std::string E57File::description(const E57Scan& scan) const {
   if (scan.has_colour) limits("colorLimits", {"colorRed", "colorGreen", "colorBlue"}, 255);
   out += fmt::format(
       "<points type=\"CompressedVector\" fileOffset=\"{}\" recordCount=\"{}\">\n<prototype type=\"Structure\">\n",
-      kFileHeader, points_);
+      storage::kE57FileHeader, points_);
   for (const E57Field& field : fields_)
     out += field.type == E57Field::Type::Double
                ? fmt::format("<{} type=\"Float\" precision=\"double\"/>\n", field.name)
@@ -174,36 +164,36 @@ std::string E57File::description(const E57Scan& scan) const {
 Status E57File::close(const E57Scan& scan) {
   if (Status done = write_packet(); !done) return done;
   // One entry leads to the first packet. Readers go on from packet to packet.
-  const std::uint64_t data = kFileHeader + kSectionHeader, index = written_;
+  const std::uint64_t data = storage::kE57FileHeader + storage::kE57SectionHeader, index = written_;
   Bytes packet;
-  storage::append(packet, kIndexPacket);
+  storage::append(packet, storage::kE57IndexPacket);
   storage::append(packet, std::uint8_t{0});
   storage::append(packet, std::uint16_t{31});
   storage::append(packet, std::uint16_t{1});
   packet.resize(16);
   storage::append(packet, std::uint64_t{0});
-  storage::append(packet, in_file(data));
+  storage::append(packet, storage::e57_place_in_file(data));
   if (Status done = append(packet); !done) return done;
   const std::uint64_t xml = written_;
   const std::string text = description(scan);
   if (Status done = append(storage::as_bytes(text)); !done) return done;
   if (!page_.empty()) {
-    page_.resize(kPayload);
+    page_.resize(storage::kE57Payload);
     if (Status done = write_page(); !done) return done;
   }
   Bytes head;
-  storage::append(head, storage::as_bytes("ASTM-E57"));
+  storage::append(head, storage::as_bytes(storage::kE57Signature));
   storage::append(head, std::uint32_t{1});
   storage::append(head, std::uint32_t{0});
   storage::append(head, file_.size());
-  storage::append(head, in_file(xml));
+  storage::append(head, storage::e57_place_in_file(xml));
   storage::append(head, std::uint64_t{text.size()});
-  storage::append(head, std::uint64_t{kPage});
-  storage::append(head, kVectorSection);
-  head.resize(kFileHeader + 8);
-  storage::append(head, xml - kFileHeader);
-  storage::append(head, in_file(data));
-  storage::append(head, in_file(index));
+  storage::append(head, std::uint64_t{storage::kE57Page});
+  storage::append(head, storage::kE57VectorSection);
+  head.resize(storage::kE57FileHeader + 8);
+  storage::append(head, xml - storage::kE57FileHeader);
+  storage::append(head, storage::e57_place_in_file(data));
+  storage::append(head, storage::e57_place_in_file(index));
   std::copy(head.begin(), head.end(), first_page_.begin());
   append_checksum(first_page_);
   if (Status done = file_.overwrite(0, first_page_); !done) return done;

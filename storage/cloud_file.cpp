@@ -13,8 +13,11 @@
 #include "core/input_file.hpp"
 #include "core/line_words.hpp"
 #include "core/number_word.hpp"
+#include "storage/e57_cloud.hpp"
+#include "storage/e57_pages.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/pcd_header.hpp"
+#include "storage/text_cloud.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -256,7 +259,7 @@ Result<PcdCloud> decode_npy(std::span<const std::byte> bytes, const std::string&
 }
 
 Result<PcdCloud> read_cloud(const std::string& path) {
-  std::array<char, 4> first{};
+  std::array<char, kE57Signature.size()> first{};
   {
     const auto file = InputFile::open(path);
     if (!file.ok()) return file.error();
@@ -265,13 +268,16 @@ Result<PcdCloud> read_cloud(const std::string& path) {
       return read.error();
   }
   const std::string_view beginning(first.data(), first.size());
-  if (beginning == "LASF") return read_las_cloud(path);
+  if (beginning.starts_with("LASF")) return read_las_cloud(path);
+  if (beginning == kE57Signature) return read_e57_cloud(path);
   const Result<std::string> text = read_input(path, kMostCloudBytes, "a cloud that has to be whole in memory,");
   if (!text.ok()) return text.error();
   const auto bytes = std::as_bytes(std::span(*text));
   if (is_ply(beginning)) return decode_ply(bytes, path);
   if (std::string_view(*text).starts_with(kNpy)) return decode_npy(bytes, path);
   if (path.ends_with(".bin")) return decode_float_rows(bytes, path);
+  if (is_ptx(*text)) return decode_ptx(*text, path, PtxFrame::Scanner);
+  if (!text_cloud_kind(*text).empty()) return decode_text_cloud(*text, path);
   return decode_pcd(bytes, path);
 }
 

@@ -10,10 +10,10 @@
 /// Reads point clouds of one moment with all their fields, in the formats in which people publish them.
 namespace hueline::storage {
 
-/// Reads a cloud. PCD, PLY and LAS or LAZ are recognised by their first bytes. A name that ends with .bin means rows of
-/// float32, little endian, without a header, as decode_float_rows() reads them. NumPy's arrays (.npy) are read by
-/// decode_npy(). Everything else is taken for PCD. Errors: Io; Malformed, Truncated; Unsupported, with the limit that
-/// is exceeded or with what to do.
+/// Reads a cloud. PCD, PLY, E57 (read_e57_cloud()) and LAS or LAZ are recognised by their first bytes. A name that ends
+/// with .bin means rows of float32, little endian, without a header, as decode_float_rows() reads them. NumPy's arrays
+/// (.npy) are read by decode_npy(), PTX, PTS and rows of text by text_cloud.hpp. Everything else is taken for PCD.
+/// Errors: Io; Malformed, Truncated; Unsupported, with the limit that is exceeded or with what to do.
 Result<PcdCloud> read_cloud(const std::string& path);
 
 /// Returns whether a file that begins so is PLY.

@@ -64,8 +64,6 @@ bool expand_lzf(std::span<const std::byte> in, std::span<std::byte> out) {
   return o == out.size();
 }
 
-constexpr std::size_t kMostValues = 500'000'000;  // 4 GB as double
-
 /// Makes one column for each value of each field.
 void name_columns(const PcdHeader& header, PcdCloud& cloud) {
   for (std::size_t f = 0; f < header.fields.size(); ++f)
@@ -169,10 +167,10 @@ std::span<const double> PcdCloud::column(const std::string& field) const {
 Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name) {
   std::size_t columns = 0;
   for (std::size_t f = 0; f < header.fields.size(); ++f) columns += header.is_padding(f) ? 0 : header.counts[f];
-  if (columns > 0 && header.points > kMostValues / columns)
+  if (columns > 0 && header.points > kMostCloudValues / columns)
     return Error{ErrorCode::Unsupported,
                  fmt::format("{}: has {} points of {} values; into memory at most {} values are read", name,
-                             header.points, columns, kMostValues)};
+                             header.points, columns, kMostCloudValues)};
   if (header.encoding != PcdEncoding::Ascii) return read_binary(header, bytes, name);
   return read_ascii(header, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
 }

@@ -37,5 +37,6 @@ Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string&
 Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name);
 
 constexpr std::uint64_t kMostCloudBytes = 4'000'000'000;  ///< largest file that is read whole into memory
+constexpr std::size_t kMostCloudValues = 500'000'000;     ///< numbers of a cloud in memory: 4 GB as double
 
 }  // namespace hueline::storage

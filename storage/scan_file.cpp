@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "storage/e57_cloud.hpp"
 #include "storage/pcd_reader.hpp"
 
 namespace hueline::storage {
@@ -81,7 +82,13 @@ Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional
         (scan.file_.size() - std::min(known.begin, scan.file_.size()) + kBlockBytes - 1) / kBlockBytes);
     return scan;
   }
-  if (known.record_size == 0) {
+  if (known.format == ScanFormat::E57) {
+    auto places = read_e57_places(path);
+    if (!places.ok()) return places.error();
+    scan.whole_ = std::move(*places);
+    scan.layout_.points = scan.whole_.size() / 3;
+    scan.block_size_ = kBlockBytes / 12;
+  } else if (known.record_size == 0) {
     if (scan.file_.size() > kMostCompressed)
       return Error{ErrorCode::Unsupported,
                    fmt::format("{}: binary_compressed PCD is unpacked in memory, up to {} MB: write it as binary",

@@ -14,8 +14,8 @@
 namespace hueline::storage {
 
 /// The file formats of static scans.
-enum class ScanFormat { Las, Ply, Pcd, Text, Float32 };
-/// Returns the name of the format on the command line: "las", "ply", "pcd", "xyz" or "float32".
+enum class ScanFormat { Las, Ply, Pcd, E57, Text, Float32 };
+/// Returns the name of the format on the command line: "las", "ply", "pcd", "e57", "xyz" or "float32".
 const char* name(ScanFormat format);
 std::optional<ScanFormat> scan_format(const std::string& name);
 
@@ -41,13 +41,12 @@ struct ScanLayout {
 /// - PCD, ascii, binary, or binary_compressed, which is held whole in memory
 /// - text with x y z in its first columns
 /// - float32 x y z without a header, little-endian
-///
-/// E57 is not read, because Debian 12 has no library for it.
+/// - E57, which is held whole in memory (read_e57_places())
 class ScanFile {
  public:
-  /// Opens a scan. Without `format`, LAS, PLY and PCD are recognised by their first bytes; otherwise the endings .f32,
-  /// .raw and .bin mean float32, and .xyz, .txt, .asc and .csv mean text. Errors: Io; Malformed; Truncated if the file
-  /// is shorter than its header says; Unsupported, with what to do.
+  /// Opens a scan. Without `format`, LAS, PLY, PCD and E57 are recognised by their first bytes; otherwise the endings
+  /// .f32, .raw and .bin mean float32, and .xyz, .txt, .asc and .csv mean text. Errors: Io; Malformed; Truncated if the
+  /// file is shorter than its header says; Unsupported, with what to do.
   static Result<ScanFile> open(const std::filesystem::path& path, std::optional<ScanFormat> format = {});
 
   const ScanLayout& layout() const { return layout_; }
@@ -65,7 +64,7 @@ class ScanFile {
 
   InputFile file_;
   ScanLayout layout_;
-  std::vector<float> whole_;      // points of a compressed PCD
+  std::vector<float> whole_;      // points of a compressed PCD or of E57
   std::uint64_t block_size_ = 0;  // points, or bytes of text
   std::size_t block_count_ = 0;
 };

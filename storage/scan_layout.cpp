@@ -6,6 +6,7 @@
 
 #include "core/line_words.hpp"
 #include "core/number_word.hpp"
+#include "storage/e57_pages.hpp"
 #include "storage/las_format.hpp"
 #include "storage/pcd_header.hpp"
 #include "storage/scan_file.hpp"
@@ -160,6 +161,8 @@ const char* name(ScanFormat format) {
       return "ply";
     case ScanFormat::Pcd:
       return "pcd";
+    case ScanFormat::E57:
+      return "e57";
     case ScanFormat::Text:
       return "xyz";
     case ScanFormat::Float32:
@@ -170,7 +173,7 @@ const char* name(ScanFormat format) {
 
 std::optional<ScanFormat> scan_format(const std::string& wanted) {
   for (const ScanFormat format :
-       {ScanFormat::Las, ScanFormat::Ply, ScanFormat::Pcd, ScanFormat::Text, ScanFormat::Float32})
+       {ScanFormat::Las, ScanFormat::Ply, ScanFormat::Pcd, ScanFormat::E57, ScanFormat::Text, ScanFormat::Float32})
     if (wanted == name(format)) return format;
   return {};
 }
@@ -188,21 +191,27 @@ Result<ScanLayout> read_scan_layout(const InputFile& file, std::optional<ScanFor
       format = ScanFormat::Ply;
     else if (text.starts_with("# .PCD") || text.starts_with("VERSION") || text.starts_with("FIELDS"))
       format = ScanFormat::Pcd;
-    else if (text.starts_with("ASTM-E57"))
-      return unsupported(file, "E57 is not read (Debian 12 has no library for it): export LAS, PLY or text");
+    else if (text.starts_with(kE57Signature))
+      format = ScanFormat::E57;
     else if (extension == ".f32" || extension == ".raw" || extension == ".bin")
       format = ScanFormat::Float32;
     else if (extension == ".xyz" || extension == ".txt" || extension == ".asc" || extension == ".csv")
       format = ScanFormat::Text;
     else
       return unsupported(
-          file, "its format is not known by its first bytes or its name; give --format las, ply, pcd, xyz or float32");
+          file,
+          "its format is not known by its first bytes or its name; give --format las, ply, pcd, e57, xyz or float32");
   }
   if (*format == ScanFormat::Las) return las_layout(file, head);
   if (*format == ScanFormat::Ply) return ply_layout(file, text);
   if (*format == ScanFormat::Pcd) return pcd_layout(file, text);
   ScanLayout layout;
   layout.format = *format;
+  if (*format == ScanFormat::E57) {
+    layout.words = "E57";
+    layout.record_size = 0;  // packed columns
+    return layout;
+  }
   if (*format == ScanFormat::Text) {
     layout.is_text = true;
     layout.may_have_title = true;

@@ -223,7 +223,7 @@ void add_colour(Command& all) {
   command.required("IMAGE", options->image, "image file, PNG or JPEG");
   command.required(
       "CLOUD", options->cloud,
-      "points in the laser's frame: PCD, PLY, LAS, rows of float32 of KITTI and nuScenes (.bin), or NumPy (.npy)");
+      "points in the laser's frame: PCD, PLY, E57, LAS, rows of float32 of KITTI and nuScenes (.bin), or NumPy (.npy)");
   command.required("CALIBRATION", options->calibration,
                    "files with the lens and the pose of the laser: YAML with lens: and T_lens_scanner:, or files of "
                    "ROS, OpenCV, Autoware, Kalibr, KITTI, SensorsCalibration and others (docs/colour.md)");

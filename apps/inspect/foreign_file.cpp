@@ -81,8 +81,6 @@ std::string foreign_file(std::string_view first_bytes) {
     return "holds logs of a NovAtel OEM3, which are not read: logs of OEM4 to OEM7 are";
   if (is_rtcm3(first_bytes))
     return "holds corrections (RTCM 3) and no positions: give the log of the receiver that they were sent to";
-  if (first_bytes.starts_with("ASTM-E57"))
-    return "is E57, which is not read (Debian 12 has no library for it): export LAS, PLY or text";
   return {};
 }
 

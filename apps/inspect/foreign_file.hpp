@@ -7,7 +7,7 @@ namespace hueline::apps {
 
 /// Says of a file that is a recording or a result of a known kind, but of one that is not read, what it is and what is
 /// read instead: "is a solution of RTKLIB ...". It knows solutions of RTKLIB, RINEX, logs of NovAtel's receivers in
-/// abbreviated ASCII and those of its OEM3, corrections (RTCM 3), and E57. Returns nothing for other first bytes.
+/// abbreviated ASCII and those of its OEM3, and corrections (RTCM 3). Returns nothing for other first bytes.
 /// Sources: the heads that rtkpos of RTKLIB writes; RINEX 2 and 3, column 61 of the first line; NovAtel, OEM6 Firmware
 /// Reference Manual, "Message Formats"; NovAtel, MiLLennium GPSCard Command Descriptions Manual, appendix D (OEM3);
 /// RTCM 10403, transport layer; ASTM E2807.

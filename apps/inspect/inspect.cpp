@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -23,6 +24,8 @@
 #include "rosbag/bag.hpp"
 #include "runtime/recording.hpp"
 #include "storage/cloud_file.hpp"
+#include "storage/e57_pages.hpp"
+#include "storage/text_cloud.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -31,6 +34,9 @@ using Json = nlohmann::ordered_json;
 
 /// Long enough for a whole message of any device, behind the comments at the head of a log.
 constexpr std::uint64_t kFirstBytes = 65536;
+
+/// How the names of clouds end that are text; their content alone does not tell them from other tables of numbers.
+constexpr std::array<const char*, 5> kTextClouds{".xyz", ".pts", ".txt", ".asc", ".csv"};
 
 Result<std::string> first_bytes(const InputFile& file) {
   std::string head(static_cast<std::size_t>(std::min(kFirstBytes, file.size())), '\0');
@@ -123,6 +129,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   if (begins("\x89MCAP0\r\n"sv)) return inspect_mcap(path);
   if (begins("#ROSBAG V"sv) || begins("#ROSRECORD V"sv) || begins("SQLite format 3\0"sv)) return inspect_bag(path);
   if (begins("LASF"sv)) return inspect_las(path);
+  if (begins(storage::kE57Signature)) return inspect_e57(path);
   if (drivers::is_capture(head))
     return drivers::is_can_capture(path) ? inspect_can_log(path, dbc_path) : inspect_capture_file(path, types);
   // Some programs write neither the comment nor VERSION in front of the fields.
@@ -138,6 +145,9 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   const bool is_device_log = is_log_of_device(types, *first);
   if (const std::string foreign = foreign_file(*first); !is_device_log && !foreign.empty())
     return {nullptr, Error{ErrorCode::Unsupported, path + " " + foreign}};
+  const bool is_named_cloud = std::ranges::any_of(kTextClouds, [&](const char* one) { return ends_with(path, one); });
+  if (!is_device_log && (storage::is_ptx(*first) || (is_named_cloud && !storage::text_cloud_kind(*first).empty())))
+    return inspect_text_cloud(path);
   const bool is_named_can = (ends_with(path, ".asc") || ends_with(path, ".trc")) && !is_device_log;
   if (drivers::is_blf(head) || is_named_can || begins("date "sv) || begins(";$FILEVERSION="sv) ||
       begins("$STARTTIME="sv) || drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
@@ -152,14 +162,14 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
   for (const drivers::DeviceType* type : types)
     if (const drivers::DeviceFiles::Log& log = type->files.log; log.format)
       logs += fmt::format("{} ({}), ", log.format, log.ending);
-  return {
-      nullptr,
-      Error{ErrorCode::Unsupported,
-            fmt::format(
-                "{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
-                "pcapng, PCD, PLY, clouds of KITTI and nuScenes (.bin) and of NumPy (.npy), {}CAN logs (.asc, .blf, "
-                ".trc, candump -L, tcpdump -i can0, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
-                path, logs)}};
+  return {nullptr,
+          Error{ErrorCode::Unsupported,
+                fmt::format(
+                    "{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
+                    "pcapng, PCD, PLY, E57, PTX, PTS, text with x y z, clouds of KITTI and nuScenes (.bin) and "
+                    "of NumPy (.npy), {}CAN logs (.asc, .blf, "
+                    ".trc, candump -L, tcpdump -i can0, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
+                    path, logs)}};
 }
 
 }  // namespace hueline::apps

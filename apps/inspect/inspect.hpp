@@ -22,11 +22,11 @@ struct Inspection {
 int show(const Inspection& inspection, bool as_json);
 
 /// Recognises the format by the first bytes of the file and reads the whole file. The name decides only between formats
-/// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD), capture files (pcap,
-/// pcapng), recordings of ROS, logs of CAN buses (ASC, BLF, TRC, candump), DBC files, YAML of rigs, scenarios, sheets
-/// and calibrations, and the files of the devices `types`, as their DeviceType says (drivers/device_files.hpp). The
-/// folder of a drive stands for its recording. `dbc_path`: the DBC file that describes a log of a CAN bus, if there is
-/// one.
+/// without a signature. Formats: recordings and views of this program (MCAP), clouds (LAS, PCD, PLY, E57, PTX, PTS,
+/// text), capture files (pcap, pcapng), recordings of ROS, logs of CAN buses (ASC, BLF, TRC, candump), DBC files, YAML
+/// of rigs, scenarios, sheets and calibrations, and the files of the devices `types`, as their DeviceType says
+/// (drivers/device_files.hpp). The folder of a drive stands for its recording. `dbc_path`: the DBC file that describes
+/// a log of a CAN bus, if there is one.
 Inspection inspect_file(const std::string& path, drivers::DeviceTypes types = drivers::device_types(),
                         const std::string& dbc_path = {});
 
@@ -43,7 +43,11 @@ Inspection inspect_device_log(const std::string& path, const drivers::DeviceType
 Inspection inspect_can_log(const std::string& path, const std::string& dbc_path);
 Inspection inspect_dbc(const std::string& path);
 Inspection inspect_las(const std::string& path);
+/// The coordinates are those of the file, to which the poses of its scans lead.
+Inspection inspect_e57(const std::string& path);
 Inspection inspect_cloud(const std::string& path, const char* format);
+/// PTX in the coordinates of the file, PTS and rows of x y z.
+Inspection inspect_text_cloud(const std::string& path);
 Inspection inspect_yaml(const std::string& path);
 
 }  // namespace hueline::apps

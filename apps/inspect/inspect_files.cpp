@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,12 +13,15 @@
 #include "config/rig.hpp"
 #include "config/sheet.hpp"
 #include "core/calendar.hpp"
+#include "core/input_file.hpp"
 #include "core/mounting.hpp"
 #include "runtime/readiness.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/cloud_file.hpp"
+#include "storage/e57_reader.hpp"
 #include "storage/las_fields.hpp"
 #include "storage/las_reader.hpp"
+#include "storage/text_cloud.hpp"
 
 /// Formats that are whole files: clouds and configurations.
 namespace hueline::apps {
@@ -90,8 +94,58 @@ Inspection inspect_las(const std::string& path) {
   return out;
 }
 
-Inspection inspect_cloud(const std::string& path, const char* format) {
-  auto cloud = storage::read_cloud(path);
+Inspection inspect_e57(const std::string& path) {
+  auto reader = storage::E57Reader::open(path);
+  if (!reader.ok()) return {nullptr, reader.error()};
+  Inspection out;
+  std::array<Extent, 3> place;
+  std::map<std::string, Extent> fields;
+  std::uint64_t points = 0, without_place = 0;
+  Json scans = Json::array();
+  std::vector<std::vector<double>> columns;
+  std::vector<Point<Scanner>> places;
+  for (std::size_t i = 0; i < reader->scans().size() && out.trouble.ok(); ++i) {
+    const storage::E57Scan& scan = reader->scans()[i];
+    const auto& pose = scan.T_world_scanner;
+    Json about;
+    if (!scan.name.empty()) about["name"] = scan.name;
+    if (!scan.sensor.empty()) about["sensor"] = scan.sensor;
+    if (scan.begin) about["begin"] = iso_utc(*scan.begin);
+    about["points"] = scan.points;
+    about["position_m"] = {pose.translation.x(), pose.translation.y(), pose.translation.z()};
+    about["turn_deg"] = Eigen::AngleAxisd(pose.rotation).angle() * 180 / std::numbers::pi;
+    scans.push_back(about);
+    out.trouble = reader->begin(i);
+    while (out.trouble.ok()) {
+      out.trouble = reader->next(columns);
+      storage::e57_places(scan, columns, places);
+      if (places.empty()) break;
+      points += places.size();
+      for (const Point<Scanner>& one : places) {
+        const Eigen::Vector3d at = (pose * one).xyz;
+        without_place += !at.allFinite();
+        for (Eigen::Index axis = 0; axis < at.size(); ++axis) place[static_cast<std::size_t>(axis)].add(at[axis]);
+      }
+      for (std::size_t k = 0; k < columns.size(); ++k)
+        for (const double value : columns[k]) fields[scan.columns[k].name].add(value);
+    }
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "E57";
+  json["points"] = points;
+  if (without_place > 0) json["points_without_place"] = without_place;
+  for (std::size_t axis = 0; axis < place.size(); ++axis) json[std::string(1, "xyz"[axis])] = place[axis].json();
+  for (const auto& [field, extent] : fields) json["fields"][field] = extent.json();
+  json["scans"] = scans;
+  if (reader->images() > 0) json["images"] = reader->images();
+  json["crs"] = reader->crs();
+  return out;
+}
+
+namespace {
+
+Inspection cloud_facts(const Result<storage::PcdCloud>& cloud, const std::string& format) {
   if (!cloud.ok()) return {nullptr, cloud.error()};
   Inspection out;
   out.found = std::make_unique<Json>();
@@ -104,6 +158,20 @@ Inspection inspect_cloud(const std::string& path, const char* format) {
     json["fields"][cloud->fields[i]] = extent.json();
   }
   return out;
+}
+
+}  // namespace
+
+Inspection inspect_cloud(const std::string& path, const char* format) {
+  return cloud_facts(storage::read_cloud(path), format);
+}
+
+Inspection inspect_text_cloud(const std::string& path) {
+  const Result<std::string> text =
+      read_input(path, storage::kMostCloudBytes, "a cloud that has to be whole in memory,");
+  if (!text.ok()) return {nullptr, text.error()};
+  if (storage::is_ptx(*text)) return cloud_facts(storage::decode_ptx(*text, path, storage::PtxFrame::File), "PTX");
+  return cloud_facts(storage::decode_text_cloud(*text, path), storage::text_cloud_kind(*text));
 }
 
 namespace {

@@ -1,5 +1,6 @@
-// Reads any bytes as a cloud: PCD, PLY, rows of floats, and as a scan of each format. No crash, no endless loop, and no
-// more points than the bytes can hold. Then whole files of each kind with edits, which reach further code.
+// Reads any bytes as a cloud: PCD, PLY, PTX, rows of floats and of text, and as a scan of each format. No crash, no
+// endless loop, and no more points than the bytes can hold. Then whole files of each kind with edits, which reach
+// further code.
 #include <cstdint>
 #include <cstdlib>
 #include <span>
@@ -9,7 +10,9 @@
 #include "storage/cloud_file.hpp"
 #include "storage/pcd_reader.hpp"
 #include "storage/scan_file.hpp"
+#include "storage/text_cloud.hpp"
 #include "tests/storage/fuzz_file.hpp"
+#include "tests/storage/small_e57.hpp"
 
 namespace {
 
@@ -19,6 +22,16 @@ using namespace hueline::storage;
 template <class T>
 void put(std::string& file, T value) {
   file.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// An E57, whose edits are found by its check sums: of what has a right one, e57_test.cpp has the kinds of damage.
+std::string small_e57() {
+  test::SmallE57 out;
+  const std::string place = test::SmallE57::numbers<double>({1, 2});
+  const std::uint64_t at = out.section({test::SmallE57::packet({place, place, place})});
+  return out.file("<e57Root><data3D><vectorChild><points fileOffset=\"" + std::to_string(at) +
+                  "\" recordCount=\"2\"><prototype><cartesianX type=\"Float\"/><cartesianY type=\"Float\"/>"
+                  "<cartesianZ type=\"Float\"/></prototype></points></vectorChild></data3D></e57Root>");
 }
 
 /// Small files of each kind.
@@ -51,7 +64,9 @@ std::vector<std::string> small_files() {
           "ply\nformat ascii 1.0\n" + ply_fields + "1 2 3 4\n2 3 4 5\n3 4 5 6\n",
           "ply\nformat binary_little_endian 1.0\n" + ply_fields + vertices,
           "ply\nformat binary_big_endian 1.0\n" + ply_fields + vertices,
-          "//X Y Z I\n3\n1 2 3 4\n2.5 3 4 5\n-3 4e1 5 6\n"};
+          "//X Y Z I\n3\n1 2 3 4\n2.5 3 4 5\n-3 4e1 5 6\n",
+          "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n7 8 9 1\n1 2 3 0.5\n0 0 0 0.5\n",
+          small_e57()};
 }
 
 void require(bool holds) {
@@ -86,9 +101,11 @@ void read_all(const std::string& file) {
   check(decode_ply(bytes, "fuzz"), bytes.size());
   check(decode_float_rows(bytes, "fuzz"), bytes.size());
   check(decode_npy(bytes, "fuzz"), bytes.size());
+  check(decode_text_cloud(file, "fuzz"), bytes.size());
+  for (const PtxFrame frame : {PtxFrame::Scanner, PtxFrame::File}) check(decode_ptx(file, "fuzz", frame), bytes.size());
   const test::MemoryFile in_memory(file);
   check_scan(in_memory.path(), {}, bytes.size());
-  for (const ScanFormat format : {ScanFormat::Text, ScanFormat::Float32, ScanFormat::Las})
+  for (const ScanFormat format : {ScanFormat::Text, ScanFormat::Float32, ScanFormat::Las, ScanFormat::E57})
     check_scan(in_memory.path(), format, bytes.size());
 }
 
