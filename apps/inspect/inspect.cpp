@@ -19,6 +19,7 @@
 #include "core/printable.hpp"
 #include "drivers/can/blf.hpp"
 #include "drivers/can/can_log.hpp"
+#include "drivers/trajectory/smrmsg_file.hpp"
 #include "drivers/transport/can_capture.hpp"
 #include "drivers/transport/capture_file.hpp"
 #include "rosbag/bag.hpp"
@@ -153,6 +154,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
       begins("$STARTTIME="sv) || drivers::CanLogTable::is_head(std::string_view(*first).substr(0, first->find('\n'))) ||
       drivers::is_candump(*first))
     return inspect_can_log(path, dbc_path);
+  if (!is_device_log && drivers::is_smrmsg(std::as_bytes(std::span(*first)))) return inspect_smrmsg(path);
   if (const drivers::DeviceType* type = type_of_log(types, path, *first)) return inspect_device_log(path, *type);
   if (const std::string packed = how_to_unpack(head); !packed.empty())
     return {nullptr, Error{ErrorCode::Unsupported, path + " " + packed}};
@@ -166,7 +168,7 @@ Inspection inspect_file(const std::string& named, drivers::DeviceTypes types, co
           Error{ErrorCode::Unsupported,
                 fmt::format(
                     "{}: none of the formats that are known: MCAP, .bag and .db3 of ROS, LAS, pcap, "
-                    "pcapng, PCD, PLY, E57, PTX, PTS, text with x y z, clouds of KITTI and nuScenes (.bin) and "
+                    "pcapng, PCD, PLY, E57, PTX, PTS, text with x y z, SMRMSG, clouds of KITTI and nuScenes (.bin) and "
                     "of NumPy (.npy), {}CAN logs (.asc, .blf, "
                     ".trc, candump -L, tcpdump -i can0, SavvyCAN, python-can, BUSMASTER), DBC, YAML rig or scenario",
                     path, logs)}};

@@ -48,6 +48,8 @@ Inspection inspect_e57(const std::string& path);
 Inspection inspect_cloud(const std::string& path, const char* format);
 /// PTX in the coordinates of the file, PTS and rows of x y z.
 Inspection inspect_text_cloud(const std::string& path);
+/// The accuracies of a trajectory.
+Inspection inspect_smrmsg(const std::string& path);
 Inspection inspect_yaml(const std::string& path);
 
 }  // namespace hueline::apps

@@ -15,6 +15,7 @@
 #include "core/calendar.hpp"
 #include "core/input_file.hpp"
 #include "core/mounting.hpp"
+#include "drivers/trajectory/smrmsg_file.hpp"
 #include "runtime/readiness.hpp"
 #include "storage/cloud_crs.hpp"
 #include "storage/cloud_file.hpp"
@@ -172,6 +173,38 @@ Inspection inspect_text_cloud(const std::string& path) {
   if (!text.ok()) return {nullptr, text.error()};
   if (storage::is_ptx(*text)) return cloud_facts(storage::decode_ptx(*text, path, storage::PtxFrame::File), "PTX");
   return cloud_facts(storage::decode_text_cloud(*text, path), storage::text_cloud_kind(*text));
+}
+
+Inspection inspect_smrmsg(const std::string& path) {
+  auto file = drivers::SmrmsgFile::open(path);
+  if (!file.ok()) return {nullptr, file.error()};
+  Inspection out;
+  constexpr std::array<const char*, 9> kSigmas{"east_m", "north_m",  "up_m",      "east_m_s",   "north_m_s",
+                                               "up_m_s", "roll_deg", "pitch_deg", "heading_deg"};
+  std::array<Extent, kSigmas.size()> sigmas;
+  Extent seconds;
+  std::uint64_t records = 0;
+  for (;;) {
+    const auto record = file->next();
+    if (!record.ok()) {
+      out.trouble = record.error();
+      break;
+    }
+    if (!*record) break;
+    ++records;
+    seconds.add((*record)->second);
+    for (std::size_t i = 0; i < sigmas.size(); ++i)
+      sigmas[i].add(i < 6 ? (*record)->sigma[i] : (*record)->sigma[i] * 180 / std::numbers::pi);
+  }
+  out.found = std::make_unique<Json>();
+  Json& json = *out.found;
+  json["format"] = "SMRMSG";
+  json["records"] = records;
+  if (file->impossible() > 0) json["impossible_records"] = file->impossible();
+  if (file->bytes_at_end() > 0) json["bytes_at_end"] = file->bytes_at_end();
+  json["gps_second_of_week"] = seconds.json();
+  for (std::size_t i = 0; i < sigmas.size(); ++i) json["sigma"][kSigmas[i]] = sigmas[i].json();
+  return out;
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// What `hueline inspect` says of clouds that other programs wrote.
+// What `hueline inspect` says of clouds and accuracies that other programs wrote.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -64,6 +64,26 @@ TEST(InspectFiles, TextIsACloudOnlyWhereItSaysSo) {
   EXPECT_EQ(format("notes", "1 2 3\n"), "");
   const auto seen = apps::inspect_file((folder / "scan").string());
   EXPECT_EQ(seen.found->at("fields").at("x"), (std::vector<double>{8, 8})) << "of the file";
+}
+
+TEST(InspectFiles, ReadsTheAccuraciesOfATrajectory) {
+  const TemporaryFolder folder;
+  std::vector<double> records;
+  for (int i = 0; i < 3; ++i)
+    for (const double value : {200000.0 + i, 0.02, 0.03, 0.05, 0.001, 0.002, 0.003, 0.6, 0.6, 3.0})
+      records.push_back(value);
+  records[11] = 0.08;  // north, of the second record
+  std::string bytes(reinterpret_cast<const char*>(records.data()), records.size() * sizeof(double));
+  test::write_file(folder / "accuracies.out", bytes + "cut");
+  const auto seen = apps::inspect_file((folder / "accuracies.out").string());
+  ASSERT_TRUE(seen.found) << seen.trouble.error().message;
+  EXPECT_EQ(seen.found->at("format"), "SMRMSG");
+  EXPECT_EQ(seen.found->at("records"), 3);
+  EXPECT_EQ(seen.found->at("bytes_at_end"), 3);
+  EXPECT_EQ(seen.found->at("gps_second_of_week"), (std::vector<double>{200000, 200002}));
+  EXPECT_EQ(seen.found->at("sigma").at("north_m"), (std::vector<double>{0.02, 0.08}));
+  EXPECT_EQ(seen.found->at("sigma").at("east_m"), (std::vector<double>{0.03, 0.03}));
+  EXPECT_NEAR(seen.found->at("sigma").at("heading_deg").at(0).get<double>(), 0.05, 1e-12);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include "core/calendar.hpp"
 #include "drivers/sbet/sbet_decoder.hpp"
 #include "drivers/sbet/sbet_device.hpp"
+#include "drivers/trajectory/smrmsg_file.hpp"
 #include "tests/drivers/stream/stream_bytes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_data.hpp"
@@ -43,6 +45,17 @@ class Sbet : public testing::Test {
   }
   test::TemporaryFolder folder_;
 };
+
+TEST_F(Sbet, SaysOfAccuraciesThatTheyAreNoPlaces) {
+  const std::vector<double> sigmas{200000, 0.02, 0.03, 0.05, 0.001, 0.002, 0.003, 0.6, 0.6, 3};
+  std::vector<double> later = sigmas;
+  later[0] += 1;
+  const auto file = SbetFile::open(write("smrmsg.out", {sigmas, later}), "");
+  ASSERT_FALSE(file.ok());
+  EXPECT_THAT(file.error().message, HasSubstr("holds the accuracies of a trajectory (SMRMSG)"));
+  const std::vector<std::byte> poses(272, std::byte{0});
+  EXPECT_FALSE(is_smrmsg(poses));
+}
 
 TEST_F(Sbet, ARecordOfARealFile) {
   HUELINE_REQUIRE_DATA("pos/2-points.sbet");
