@@ -1,5 +1,6 @@
 #include "products/point_upgrade.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -22,21 +23,25 @@ Result<PointUpgrade> PointUpgrade::create(const storage::LasReader& cloud) {
   if (out.old_format_ == 4 || out.old_format_ == 5 || out.old_format_ > 8)
     return Error{ErrorCode::Invalid, "points of format " + std::to_string(out.old_format_) +
                                          " have waveforms, and COPC has none (its formats are 6 to 8)"};
+  const auto is_wkt = [](const LasVlr& record) {
+    return record.user_id == "LASF_Projection" && record.record_id == 2112;
+  };
+  const Result<std::string> wkt = storage::crs_wkt(cloud);
+  if (!wkt) return wkt.error();
+  if (std::ranges::none_of(out.records_, is_wkt) && !wkt->empty()) {
+    std::erase_if(out.records_, [](const LasVlr& record) {
+      return record.user_id == "LASF_Projection" && record.record_id >= 34735 && record.record_id <= 34737;
+    });
+    out.records_.push_back({"LASF_Projection", 2112, "OGC WKT", *wkt + '\0'});
+  }
+  if (out.old_format_ >= 6 && std::ranges::none_of(out.records_, is_wkt)) return out;
+  out.header_.global_encoding |= storage::kLasWkt;
   if (out.old_format_ >= 6) return out;
 
   const std::size_t before = storage::las_point_size(out.old_format_);
   out.header_.point_format = out.old_format_ >= 2 ? 7 : 6;
   out.header_.point_size =
       static_cast<std::uint16_t>(out.header_.point_size - before + storage::las_point_size(out.header_.point_format));
-  const Result<std::string> wkt = storage::crs_wkt(cloud);
-  if (!wkt) return wkt.error();
-  if (cloud.wkt().empty() && !wkt->empty()) {
-    std::erase_if(out.records_, [](const LasVlr& record) {
-      return record.user_id == "LASF_Projection" && record.record_id >= 34735 && record.record_id <= 34737;
-    });
-    out.records_.push_back({"LASF_Projection", 2112, "OGC WKT", *wkt + '\0'});
-  }
-  out.header_.global_encoding |= storage::kLasWkt;
   return out;
 }
 

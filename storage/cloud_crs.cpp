@@ -3,59 +3,17 @@
 #include <proj_experimental.h>
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "storage/geotiff_keys.hpp"
 #include "storage/proj_context.hpp"
 
 namespace hueline::storage {
 namespace {
 
-enum GeoKey : std::uint16_t {
-  kModelType = 1024,
-  kGeographicCrs = 2048,
-  kProjectedCrs = 3072,
-  kLinearUnit = 3076,
-  kVerticalCrs = 4096,
-  kVerticalUnit = 4099
-};
-constexpr std::uint16_t kGeographic = 2, kMetre = 9001, kFoot = 9002, kSurveyFoot = 9003, kUserDefined = 32767;
-
-/// The GeoTIFF keys whose values are in the directory itself.
-class GeoKeys {
- public:
-  explicit GeoKeys(const LasReader& cloud);
-  /// Returns a value; 0 if the key is not there.
-  std::uint16_t operator[](std::uint16_t key) const {
-    const auto found = values_.find(key);
-    return found == values_.end() ? std::uint16_t{0} : found->second;
-  }
-  /// Returns EPSG:number of the horizontal CRS; empty if the keys do not name one.
-  std::string horizontal_crs() const {
-    const std::uint16_t crs = (*this)[(*this)[kModelType] == kGeographic ? kGeographicCrs : kProjectedCrs];
-    return crs == 0 || crs == kUserDefined ? std::string() : "EPSG:" + std::to_string(crs);
-  }
-
- private:
-  std::map<std::uint16_t, std::uint16_t> values_;
-};
-
-GeoKeys::GeoKeys(const LasReader& cloud) {
-  for (const LasVlr& record : cloud.records()) {
-    if (record.user_id != "LASF_Projection" || record.record_id != 34735) continue;
-    ByteReader in(as_bytes(record.data));
-    in.take_bytes(6);  // versions
-    const auto count = in.take<std::uint16_t>();
-    for (std::uint16_t i = 0; i < count && in.ok(); ++i) {
-      const auto key = in.take<std::uint16_t>(), place = in.take<std::uint16_t>();
-      in.take<std::uint16_t>();
-      const auto value = in.take<std::uint16_t>();
-      if (in.ok() && place == 0) values_[key] = value;
-    }
-  }
-}
+constexpr std::uint16_t kMetre = 9001;
 
 /// Returns the WKT of a CRS, in the form that LAS has, on one line; empty for null and if it has none. A CRS with
 /// heights above its ellipsoid becomes a compound one.
@@ -72,20 +30,6 @@ Result<std::string> wkt_of(const std::string& definition) {
   std::string out = las_wkt(context.get(), crs.get());
   if (Status database = context.database(); !database) return database.error();
   return out;
-}
-
-/// Returns how many metres a unit of GeoTIFF has; nothing if it is none of the usual ones.
-std::optional<double> metres_of(std::uint16_t unit) {
-  switch (unit) {
-    case kMetre:
-      return 1;
-    case kFoot:
-      return 0.3048;
-    case kSurveyFoot:
-      return 1200.0 / 3937;
-    default:
-      return {};
-  }
 }
 
 /// Returns how many metres a step along an axis of a CRS is; nothing if it has no such axis.
@@ -142,8 +86,8 @@ ProjObject in_metres(PJ_CONTEXT* context, const PJ* crs) {
 Result<CrsUnit> crs_unit(const LasReader& cloud) {
   if (const std::string wkt = cloud.wkt(); !wkt.empty()) return crs_unit(wkt);
   const GeoKeys keys(cloud);
-  if (keys[kModelType] == kGeographic) return CrsUnit{1, true};
-  if (const std::optional<double> metres = metres_of(keys[kLinearUnit])) return CrsUnit{*metres, false};
+  if (keys.is_geographic()) return CrsUnit{1, true};
+  if (const std::optional<double> metres = metres_of_unit(keys[GeoKey::LinearUnit])) return CrsUnit{*metres, false};
   const std::string crs = keys.horizontal_crs();
   return crs.empty() ? Result<CrsUnit>(CrsUnit{}) : unit_of(crs);
 }
@@ -152,13 +96,30 @@ Result<std::string> crs_wkt(const LasReader& cloud) {
   if (std::string wkt = cloud.wkt(); !wkt.empty()) return wkt;
   const GeoKeys keys(cloud);
   const std::string horizontal = keys.horizontal_crs();
-  if (horizontal.empty()) return std::string();
+  const std::uint16_t vertical = keys[GeoKey::VerticalCrs];
+  const bool has_vertical = vertical != 0 && vertical != kGeoUserDefined;
+  if (horizontal.empty()) {
+    Result<std::string> own = keys.own_projection();
+    if (own.ok() && !own->empty()) own = wkt_of(*own);
+    if (!own.ok() || own->empty() || !has_vertical) return own;
+    const Result<std::string> up = wkt_of("EPSG:" + std::to_string(vertical));
+    if (!up.ok()) return up;
+    return up->starts_with("VERT_CS[") ? "COMPD_CS[\"unnamed\"," + *own + "," + *up + "]" : *own;
+  }
   // The number of a vertical CRS is often one of the older list of GeoTIFF 1.0, which EPSG uses for other things.
-  if (const std::uint16_t vertical = keys[kVerticalCrs]; vertical != 0 && vertical != kUserDefined) {
+  if (has_vertical) {
     Result<std::string> both = wkt_of(horizontal + "+" + std::to_string(vertical));
     if (!both || !both->empty()) return both;
   }
   return wkt_of(horizontal);
+}
+
+Result<bool> has_unread_crs(const LasReader& cloud) {
+  const GeoKeys keys(cloud);
+  if (!keys.has_own_projection()) return false;
+  const Result<std::string> wkt = crs_wkt(cloud);
+  if (!wkt.ok()) return wkt.error();
+  return wkt->empty();
 }
 
 Result<CrsUnit> crs_unit(const std::string& wkt) { return unit_of(wkt); }
@@ -175,7 +136,7 @@ Result<CrsInMetres> crs_in_metres(const LasReader& cloud) {
   const ProjObject flat = without_way(context.get(), horizontal_part(context.get(), crs.get()));
   const ProjObject up = vertical_part(context.get(), crs.get());
   CrsInMetres out{unit->metres, unit->metres, {}};
-  if (const auto metres = metres_of(cloud.wkt().empty() ? GeoKeys(cloud)[kVerticalUnit] : std::uint16_t{0}))
+  if (const auto metres = metres_of_unit(cloud.wkt().empty() ? GeoKeys(cloud)[GeoKey::VerticalUnit] : std::uint16_t{0}))
     out.up_metres = *metres;
   else if (const auto along =
                up ? metres_along(context.get(), up.get(), 0) : metres_along(context.get(), flat.get(), 2))

@@ -21,9 +21,13 @@ Result<CrsUnit> crs_unit(const LasReader& cloud);
 /// Returns the unit of a CRS that is given as WKT. Error: that of crs_unit().
 Result<CrsUnit> crs_unit(const std::string& wkt);
 
-/// Returns a cloud's CRS as WKT (OGC 01-009): its record, or what PROJ knows of the EPSG numbers in its GeoTIFF keys.
-/// Empty if it has neither, or keys that describe a CRS of their own. Error and thread safety: those of crs_unit().
+/// Returns a cloud's CRS as WKT (OGC 01-009): its record, what PROJ knows of the EPSG numbers in its GeoTIFF keys, or
+/// the projection that the keys describe themselves (GeoKeys::own_projection()). Empty if it has none of these. Error
+/// and thread safety: those of crs_unit().
 Result<std::string> crs_wkt(const LasReader& cloud);
+
+/// Returns whether a cloud's GeoTIFF keys describe a CRS that crs_wkt() does not know. Error: that of crs_unit().
+Result<bool> has_unread_crs(const LasReader& cloud);
 
 /// What makes metres of a cloud's coordinates.
 struct CrsInMetres {

@@ -243,8 +243,11 @@ const LasExtraField* LasReader::extra_field(std::string_view name) const {
 }
 
 std::string LasReader::wkt() const {
-  for (const LasVlr& vlr : vlrs_)
-    if (vlr.user_id == "LASF_Projection" && vlr.record_id == 2112) return vlr.data.substr(0, vlr.data.find('\0'));
+  // Before LAS 1.4 had a record for it, libLAS wrote WKT beside the GeoTIFF keys under its own name.
+  for (const char* user : {"LASF_Projection", "liblas"})
+    for (const LasVlr& vlr : vlrs_)
+      if (vlr.user_id == user && vlr.record_id == 2112)
+        if (std::string wkt = vlr.data.substr(0, vlr.data.find('\0')); !wkt.empty()) return wkt;
   return {};
 }
 

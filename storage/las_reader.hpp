@@ -45,7 +45,7 @@ class LasReader {
   const std::vector<LasExtraField>& extra_fields() const { return extra_; }
   /// Returns the field of that name, or null.
   const LasExtraField* extra_field(std::string_view name) const;
-  /// Returns the CRS as OGC WKT; empty if the file has none.
+  /// Returns the CRS as OGC WKT, of the record of LAS 1.4 or that of libLAS; empty if the file has none.
   std::string wkt() const;
   /// Returns whether the point format has colours.
   bool has_colour() const;

@@ -51,6 +51,17 @@ void tell_left_out(const std::string& out, const std::vector<std::string>& recor
   for (const std::string& record : records) log_warning("not in {}: {}", out, record);
 }
 
+/// Says that the new file has no CRS because that of the cloud is not known. LAZ has a copy of the keys.
+void tell_unread_crs(const std::string& out, const std::string& cloud) {
+  const auto source = storage::LasReader::open(cloud);
+  if (!source.ok()) return;
+  if (const Result<bool> has_unread = storage::has_unread_crs(*source); has_unread.ok() && *has_unread)
+    log_warning(
+        "{} has no CRS: the GeoTIFF keys of {} describe a projection that is not known here (known are Transverse "
+        "Mercator, Mercator, Lambert's conformal conic and Albers, in degrees)",
+        out, cloud);
+}
+
 /// Returns how many compressed clouds a folder has beside these.
 std::size_t other_parts(const std::filesystem::path& folder, const std::vector<storage::CloudPart>& parts) {
   std::size_t count = 0;
@@ -108,6 +119,7 @@ int write_parts(const ExportWords& words, const std::string& cloud, bool is_copc
   if (done->unfinished_removed > 0)
     log_warning("{} files of parts were removed that an earlier export has left unfinished", done->unfinished_removed);
   tell_left_out(words.out, source->left_out());
+  if (is_copc) tell_unread_crs(words.out, cloud);
   std::uint64_t points = 0, bytes = 0;
   for (const storage::CloudPart& part : done->parts) {
     points += part.points;
@@ -155,6 +167,7 @@ class LazProfile : public ExportProfile {
     fmt::print("{}: {} points in {} {}, {} bytes, {:.3f} of the size of {}\n", words.out, done->points, done->nodes,
                parts(), done->bytes, static_cast<double>(done->bytes) / size, cloud);
     tell_left_out(words.out, done->left_out);
+    if (!keeps_records()) tell_unread_crs(words.out, cloud);
     if (!done->source_was_cut) return done->points == 0 ? kNothingCame : kDone;
     log_error("{} ends before its last point: everything that is whole was written", cloud);
     return kInputUnreadable;
@@ -162,6 +175,8 @@ class LazProfile : public ExportProfile {
 
  protected:
   virtual bool is_copc() const { return false; }
+  /// Whether the records of the cloud are in the new file as they are.
+  virtual bool keeps_records() const { return true; }
   virtual const char* parts() const { return "chunks"; }
   virtual Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
                                                 const products::CloudExport& config) const {
@@ -180,6 +195,7 @@ class CopcProfile : public LazProfile {
 
  protected:
   bool is_copc() const override { return true; }
+  bool keeps_records() const override { return false; }
   const char* parts() const override { return "nodes of an octree"; }
   Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
                                         const products::CloudExport& config) const override {
@@ -199,6 +215,7 @@ class PlyProfile : public LazProfile {
 
  protected:
   const char* parts() const override { return "piece"; }
+  bool keeps_records() const override { return false; }
   Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
                                         const products::CloudExport&) const override {
     return products::export_ply(cloud, out);

@@ -92,6 +92,9 @@ Inspection inspect_las(const std::string& path) {
   const Result<std::string> crs = storage::crs_wkt(*reader);
   if (!crs.ok()) return {nullptr, crs.error()};
   json["crs"] = *crs;
+  const Result<bool> has_unread = storage::has_unread_crs(*reader);
+  if (!has_unread.ok()) return {nullptr, has_unread.error()};
+  if (*has_unread) json["crs_not_read"] = "GeoTIFF keys that describe a projection that is not known here";
   return out;
 }
 

@@ -211,6 +211,28 @@ TEST(ExportLaz, WritesWhatIsWholeOfACutCloud) {
   EXPECT_EQ(records_of(folder / "out.laz").size(), 899u);
 }
 
+/// Programs of before LAS 1.4 left WKT in a record of libLAS, where readers of COPC do not look.
+TEST(ExportCopc, HasTheCrsWhereItsReadersLookForIt) {
+  const TemporaryFolder folder;
+  write_old_cloud(folder / "cloud.las", 100);
+  std::string bytes = contents(folder / "cloud.las");
+  storage::Bytes record;
+  storage::append_vlr(record, {"liblas", 2112, "", std::string("LOCAL_CS[\"a site\"]\0", 19)});
+  bytes.insert(storage::kLasHeaderSize14, reinterpret_cast<const char*>(record.data()), record.size());
+  const auto offset = static_cast<std::uint32_t>(storage::kLasHeaderSize14 + record.size()), one = std::uint32_t{1};
+  std::memcpy(&bytes[96], &offset, sizeof offset);
+  std::memcpy(&bytes[100], &one, sizeof one);
+  std::ofstream(folder / "cloud.las", std::ios::binary) << bytes;
+  ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "out.copc.laz", {}));
+  const auto reader = LasReader::open(folder / "out.copc.laz");
+  ASSERT_TRUE(reader) << reader.error().message;
+  const auto found = std::ranges::find_if(reader->records(), [](const storage::LasVlr& r) {
+    return r.user_id == "LASF_Projection" && r.record_id == 2112;
+  });
+  ASSERT_NE(found, reader->records().end());
+  EXPECT_EQ(found->data, std::string("LOCAL_CS[\"a site\"]\0", 19));
+}
+
 TEST(ExportCopc, HasEveryRecordOnceWhateverTheMemoryAndTheThreads) {
   const TemporaryFolder folder;
   write_cloud(folder / "cloud.las", 30'000);

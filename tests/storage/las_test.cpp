@@ -427,6 +427,62 @@ TEST(CloudCrs, IsThatOfTheWktOrOfTheGeoTiffKeys) {
   EXPECT_EQ(crs({{"LASF_Projection", 2112, "", "PROJCS[\"x\"]"}, geo_keys({1024, 1, 3072, 32631})}), "PROJCS[\"x\"]");
 }
 
+/// The record of doubles, and the keys that name its values: key, number, key, number ... in the order of the doubles.
+std::vector<LasVlr> own_projection(std::vector<std::uint16_t> values,
+                                   const std::vector<std::pair<int, double>>& doubles) {
+  Bytes keys, numbers;
+  for (const std::uint16_t value : std::array<std::uint16_t, 3>{1, 1, 0}) append(keys, value);
+  append(keys, static_cast<std::uint16_t>(values.size() / 2 + doubles.size()));
+  for (std::size_t i = 0; i < values.size(); i += 2)
+    for (const std::uint16_t value : std::array<std::uint16_t, 4>{values[i], 0, 1, values[i + 1]}) append(keys, value);
+  for (std::size_t i = 0; i < doubles.size(); ++i) {
+    for (const int value : {doubles[i].first, 34736, 1, static_cast<int>(i)})
+      append(keys, static_cast<std::uint16_t>(value));
+    append(numbers, doubles[i].second);
+  }
+  const auto record = [](std::uint16_t id, const Bytes& data) {
+    return LasVlr{"LASF_Projection", id, "", {reinterpret_cast<const char*>(data.data()), data.size()}};
+  };
+  return {record(34735, keys), record(34736, numbers)};
+}
+
+TEST(CloudCrs, IsTheProjectionThatTheKeysDescribe) {
+  const TemporaryFolder folder;
+  const auto crs = [&](const std::vector<LasVlr>& records) { return *crs_wkt(*cloud_with(folder, records)); };
+  // Oregon in international feet, with the false origin in feet.
+  const std::vector<std::uint16_t> oregon{1024, 1,     2048, 32767, 2050, 6152, 2054, 9102,
+                                          3072, 32767, 3075, 8,     3076, 9002, 4096, 5703};
+  const std::string lambert = crs(own_projection(
+      oregon, {{2061, 0}, {3078, 43}, {3079, 45.5}, {3084, -120.5}, {3085, 41.75}, {3086, 1312335.958}, {3087, 0}}));
+  for (const char* part :
+       {"COMPD_CS[", "PROJECTION[\"Lambert_Conformal_Conic_2SP\"]", "PARAMETER[\"standard_parallel_2\",45.5]",
+        "PARAMETER[\"central_meridian\",-120.5]", "PARAMETER[\"false_easting\",1312335.958]",
+        "DATUM[\"NAD83_High_Accuracy_Reference_Network\"", "UNIT[\"foot\",0.3048]", "VERT_CS[\"NAVD88 height\""})
+    EXPECT_NE(lambert.find(part), std::string::npos) << part << " in " << lambert;
+  // A datum without a name, on an ellipsoid of its own.
+  const std::string mercator = crs(own_projection(
+      {1024, 1, 2048, 32767, 2050, 32767, 3072, 32767, 3075, 1, 3076, 9001},
+      {{2057, 6378388}, {2059, 297}, {3080, -81}, {3081, 0}, {3082, 500000}, {3083, 0}, {3092, 0.9996}}));
+  for (const char* part : {"SPHEROID[\"unknown\",6378388,297]", "PARAMETER[\"scale_factor\",0.9996]",
+                           "PARAMETER[\"false_easting\",500000]"})
+    EXPECT_NE(mercator.find(part), std::string::npos) << part << " in " << mercator;
+
+  const auto unknown = own_projection({1024, 1, 2048, 4326, 3072, 32767, 3075, 15}, {{3081, 90}});
+  EXPECT_EQ(crs(unknown), "") << "polar stereographic";
+  EXPECT_TRUE(*has_unread_crs(*cloud_with(folder, unknown)));
+  EXPECT_FALSE(*has_unread_crs(*cloud_with(folder, {geo_keys({1024, 1, 3072, 32631})})));
+  EXPECT_FALSE(*has_unread_crs(*cloud_with(folder, {})));
+}
+
+TEST(CloudCrs, IsThatOfLibLasAndOfGeocentricKeys) {
+  const TemporaryFolder folder;
+  const auto crs = [&](const std::vector<LasVlr>& records) { return *crs_wkt(*cloud_with(folder, records)); };
+  const LasVlr of_liblas{"liblas", 2112, "", std::string("PROJCS[\"x\"]\0", 12)};
+  EXPECT_EQ(crs({geo_keys({1024, 1, 3072, 32767}), of_liblas}), "PROJCS[\"x\"]");
+  EXPECT_EQ(crs({of_liblas, {"LASF_Projection", 2112, "", "PROJCS[\"y\"]"}}), "PROJCS[\"y\"]");
+  EXPECT_EQ(crs({geo_keys({1024, 3, 2048, 4326})}).substr(0, 6), "GEOCCS");
+}
+
 TEST(CloudCrs, KnowsTheUnit) {
   const TemporaryFolder folder;
   const auto unit = [&](const std::vector<LasVlr>& records) { return *crs_unit(*cloud_with(folder, records)); };
