@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -48,8 +49,10 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
     for (const LasPoint& point : points) {
       if (Status added = tree.add((*upgrade)(point.record)); !added) return added.error();
       file->count(point);
-      times.first = std::min(times.first, point.time.value_or(0));
-      times.second = std::max(times.second, point.time.value_or(0));
+      const double time = point.time.value_or(0);
+      if (std::isnan(time)) continue;
+      times.first = std::min(times.first, time);
+      times.second = std::max(times.second, time);
     }
     if (Status added = add_nodes(*file, tree); !added) return added.error();
     read = reader->next(points, kPointsAtOnce);
@@ -62,6 +65,7 @@ Result<ExportedCloud> export_copc(const std::filesystem::path& cloud, const std:
     if (Status added = add_nodes(*file, tree); !added) return added.error();
   }
   if (Status ended = file->end_chunks(); !ended) return ended.error();
+  if (times.first > times.second) times = {0, 0};  // no point has a time that is a number
 
   const storage::CopcHierarchy hierarchy = storage::encode_copc_hierarchy(tree.nodes(), file->places(), file->size());
   file->header().evlr_offset = file->size();

@@ -1,3 +1,5 @@
+#include <string>
+
 #include "products/cloud_export.hpp"
 #include "products/laz_file.hpp"
 #include "storage/las_reader.hpp"
@@ -8,8 +10,13 @@ Result<ExportedCloud> export_laz(const std::filesystem::path& cloud, const std::
                                  const CloudExport& options) {
   auto reader = storage::LasReader::open(cloud);
   if (!reader) return source_error(reader.error());
-  auto file = LazFile::create(out, reader->header(), lasting_records(reader->records()), storage::kLazChunkPoints,
-                              options.threads);
+  const storage::LasHeader& header = reader->header();
+  if (!storage::is_laz_record({header.point_format, header.point_size}))
+    return Error{ErrorCode::Invalid,
+                 cloud.string() + ": points of format " + std::to_string(header.point_format) +
+                     " have waveforms, which cannot be written as LAZ here; the profiles ply and e57 leave them out"};
+  auto file =
+      LazFile::create(out, header, lasting_records(reader->records()), storage::kLazChunkPoints, options.threads);
   if (!file) return file.error();
   ExportedCloud done;
   done.left_out = reader->left_out();

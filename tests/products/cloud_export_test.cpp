@@ -6,8 +6,10 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "products/cloud_split.hpp"
@@ -209,6 +211,34 @@ TEST(ExportLaz, WritesWhatIsWholeOfACutCloud) {
   EXPECT_TRUE(done->source_was_cut);
   EXPECT_EQ(done->points, 899u);
   EXPECT_EQ(records_of(folder / "out.laz").size(), 899u);
+}
+
+/// Returns the first and the last GPS time that the info record of a COPC file states.
+std::pair<double, double> times_in_info(const std::filesystem::path& path) {
+  const std::string bytes = contents(path);
+  constexpr std::size_t kFirst = 375 + 54 + 56;  // the header, the head of the record, eight numbers less one
+  std::pair<double, double> out;
+  std::memcpy(&out.first, &bytes[kFirst], sizeof out.first);
+  std::memcpy(&out.second, &bytes[kFirst + 8], sizeof out.second);
+  return out;
+}
+
+TEST(ExportCopc, StatesTimesThatAreNumbers) {
+  const TemporaryFolder folder;
+  write_old_cloud(folder / "cloud.las", 100);
+  const auto set_times = [&](std::size_t first, std::size_t end) {
+    std::string bytes = contents(folder / "cloud.las");
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = first; i < end; ++i) std::memcpy(&bytes[storage::kLasHeaderSize14 + i * 36 + 20], &none, 8);
+    std::ofstream(folder / "cloud.las", std::ios::binary) << bytes;
+  };
+  set_times(0, 10);
+  ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "some.copc.laz", {}));
+  EXPECT_NEAR(times_in_info(folder / "some.copc.laz").first, 2e8 + 0.001, 1e-6);
+  EXPECT_NEAR(times_in_info(folder / "some.copc.laz").second, 2e8 + 0.0099, 1e-6);
+  set_times(10, 100);
+  ASSERT_TRUE(export_copc(folder / "cloud.las", folder / "none.copc.laz", {}));
+  EXPECT_EQ(times_in_info(folder / "none.copc.laz"), (std::pair<double, double>{0, 0}));
 }
 
 /// Programs of before LAS 1.4 left WKT in a record of libLAS, where readers of COPC do not look.
