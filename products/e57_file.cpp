@@ -92,7 +92,8 @@ Status E57File::add(ByteView point) {
 }
 
 Status E57File::write_packet() {
-  if (waiting_ == 0) return {};
+  // Readers look for a packet of data even where there is no point.
+  if (waiting_ == 0 && points_ > 0) return {};
   std::size_t size = storage::kE57PacketHead + 2 * streams_.size();
   for (const Bytes& stream : streams_) size += stream.size();
   const std::size_t padding = (4 - size % 4) % 4;

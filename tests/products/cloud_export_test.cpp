@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "products/cloud_split.hpp"
+#include "storage/e57_reader.hpp"
 #include "storage/las_reader.hpp"
 #include "storage/las_writer.hpp"
 #include "tests/storage/sample_cloud.hpp"
@@ -315,6 +316,29 @@ void change_crs(const std::filesystem::path& path, std::string wkt) {
   wkt.resize(size, '\0');
   bytes.replace(at, size, wkt);
   std::ofstream(path, std::ios::binary) << bytes;
+}
+
+/// Other programs' readers look for a packet of data behind the head of the section, and take an index there for
+/// damage.
+TEST(ExportE57, HasAPacketOfDataEvenWithoutPoints) {
+  const TemporaryFolder folder;
+  for (const std::size_t points : {0, 70}) {
+    write_old_cloud(folder / "cloud.las", points);
+    ASSERT_TRUE(export_e57(folder / "cloud.las", folder / "out.e57", "a program"));
+    EXPECT_EQ(contents(folder / "out.e57")[80], '\1') << points;
+    auto reader = storage::E57Reader::open(folder / "out.e57");
+    ASSERT_TRUE(reader) << reader.error().message;
+    ASSERT_EQ(reader->scans().size(), 1u);
+    EXPECT_EQ(reader->scans()[0].points, points);
+    std::vector<std::vector<double>> columns;
+    ASSERT_TRUE(reader->begin(0) && reader->next(columns));
+    std::vector<Point<Scanner>> places;
+    storage::e57_places(reader->scans()[0], columns, places);
+    ASSERT_EQ(places.size(), points);
+    for (std::size_t i = 0; i < points; ++i)
+      EXPECT_EQ(places[i].xyz,
+                Eigen::Vector3d(static_cast<double>(i * 7 % 1000) * 0.01, static_cast<double>(i) * 0.01, 0));
+  }
 }
 
 /// What is in an E57 file whose points fit into one packet.
