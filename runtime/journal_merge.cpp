@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/replaced_file.hpp"
 #include "runtime/ledger_join.hpp"
 #include "storage/journal_writer.hpp"
 
@@ -168,30 +167,18 @@ class Merge {
   HostTime newest_{};
 };
 
-Result<MergedJournal> write_merged(std::vector<MergeInput>& inputs, const storage::JournalHeader& header,
-                                   const std::filesystem::path& to, const std::stop_token& stop,
-                                   const std::function<void(std::uint64_t)>& progress) {
-  for (MergeInput& input : inputs)
-    if (Status opened = input.journal->open(); !opened.ok()) return opened.error();
-  auto writer = storage::JournalWriter::create(to, header, storage::JournalWriter::Config::of_copy());
-  if (!writer.ok()) return writer.error();
-  auto result = Merge(inputs, header.sensors.size(), *writer).run(stop, progress);
-  const Status closed = writer->close();
-  return result.ok() && !closed.ok() ? Result<MergedJournal>(closed.error()) : result;
-}
-
 }  // namespace
 
 Result<MergedJournal> merge_journals(std::vector<MergeInput>& inputs, const storage::JournalHeader& header,
                                      const std::filesystem::path& to, std::stop_token stop,
                                      const std::function<void(std::uint64_t)>& progress) {
-  auto replaced = ReplacedFile::plan(to);
-  if (!replaced.ok()) return replaced.error();
-  if (*replaced) (*replaced)->begin();
-  auto result = write_merged(inputs, header, *replaced ? (*replaced)->part() : to, stop, progress);
+  for (MergeInput& input : inputs)
+    if (Status opened = input.journal->open(); !opened.ok()) return opened.error();
+  auto writer = storage::JournalWriter::create(to, header, storage::JournalWriter::Config::of_copy());
+  if (!writer.ok()) return writer.error();
+  auto result = Merge(inputs, header.sensors.size(), *writer).run(stop, progress);
   if (!result.ok()) return result;
-  if (const int done = *replaced ? (*replaced)->commit() : 0; done != 0)
-    return io_error("rename " + to.string(), -done);
+  if (const Status closed = writer->close(); !closed.ok()) return closed.error();
   return result;
 }
 

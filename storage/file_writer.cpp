@@ -147,6 +147,11 @@ Status FileWriter::close() {
   return close_without_waiting();
 }
 
+void FileWriter::give_up() {
+  file_.reset();
+  replaced_.reset();
+}
+
 Status FileWriter::close_without_waiting() {
   if (!file_) return failed_already();
   if (const int result = file_->close(); result != 0) (void)fail("close", -result);

@@ -53,6 +53,9 @@ class FileWriter {
   /// Cuts the file back to `size` and forgets the remembered error, so that the whole part can be finished: after
   /// ENOSPC there may be room again. Returns an error if the file cannot be cut (a device).
   Status cut_back(std::uint64_t size);
+  /// Closes a file that is not to be finished. What a file of replace() would have replaced stays. Later calls return
+  /// Invalid.
+  void give_up();
   /// Closes without waiting for the medium: Disk::sync_all() does that for many files at once. Errors: as close().
   Status close_without_waiting();
   /// Syncs and closes. Returns an error if any part of this, or anything before it, failed.

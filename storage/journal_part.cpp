@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/remote_store.hpp"
-#include "core/replaced_file.hpp"
 #include "storage/journal_writer.hpp"
 
 namespace hueline::storage {
@@ -45,10 +44,7 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   header.about[kPartOf] = fmt::format("{}, {} s to {}", name, part.from_s,
                                       part.to_s ? fmt::format("{} s", *part.to_s) : std::string("its end"));
   header.has_packed_images = header.has_packed_images && !part.unpacks_images;
-  auto replaced = ReplacedFile::plan(to);
-  if (!replaced.ok()) return replaced.error();
-  if (*replaced) (*replaced)->begin();
-  auto writer = JournalWriter::create(*replaced ? (*replaced)->part() : to, header, JournalWriter::Config::of_copy());
+  auto writer = JournalWriter::create(to, header, JournalWriter::Config::of_copy());
   if (!writer.ok()) return writer.error();
   CopiedPart result;
   PartChoice choice(part);
@@ -80,8 +76,6 @@ Result<CopiedPart> copy_part(JournalReader& journal, const std::string& name, co
   result.before = choice.before();
   result.of_others = choice.of_others();
   if (Status closed = writer->close(); !closed.ok()) return closed.error();
-  if (const int done = *replaced ? (*replaced)->commit() : 0; done != 0)
-    return io_error("rename " + to.string(), -done);
   return result;
 }
 

@@ -45,6 +45,7 @@ Result<JournalWriter> JournalWriter::create(const std::filesystem::path& path, c
   mcap.chunk_bytes = config.chunk_bytes;
   mcap.chunk_time = nanoseconds::max();  // append() ends chunks by another clock than that of the messages
   mcap.if_exists = config.if_exists;
+  mcap.replaces_when_whole = config.replaces_when_whole;
   Result<McapWriter> writer = McapWriter::create(path, mcap, disk);
   if (!writer) return writer.error();
 
@@ -114,7 +115,7 @@ JournalWriter::Config JournalWriter::Config::of_copy() {
   Config out;
   out.chunk_time = std::chrono::seconds(1);
   out.sync_interval = nanoseconds(0);
-  out.if_exists = IfExists::Replace;
+  out.replaces_when_whole = true;
   return out;
 }
 

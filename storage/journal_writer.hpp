@@ -32,10 +32,11 @@ class JournalWriter {
     /// of the time that the disk then takes. 0: only sync() and close() force it.
     nanoseconds sync_interval = std::chrono::milliseconds(1500);
     IfExists if_exists = IfExists::Refuse;
+    bool replaces_when_whole = false;  ///< see McapWriter::Config
     std::string validate() const;
-    /// Returns how a recording is written that is made of another file: over an earlier one, and forced to the medium
-    /// at its end only. append() is told the packets' own times here, so that a chunk spans a second: that much is lost
-    /// with a damaged one, also where few bytes come.
+    /// Returns how a recording is written that is made of another file: it takes the place of an earlier one when it is
+    /// whole, and is forced to the medium at its end only. append() is told the packets' own times here, so that a
+    /// chunk spans a second: that much is lost with a damaged one, also where few bytes come.
     static Config of_copy();
   };
   /// Counts of one sensor. Over all sensors and after close(): packets == packets_written() + packets_lost().

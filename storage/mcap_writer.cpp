@@ -23,7 +23,8 @@ std::string McapWriter::Config::validate() const {
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const Config& config, Disk& disk) {
   if (std::string wrong = config.validate(); !wrong.empty()) return Error{ErrorCode::Invalid, wrong};
-  Result<FileWriter> file = FileWriter::create(path, config.if_exists, disk);
+  Result<FileWriter> file =
+      config.replaces_when_whole ? FileWriter::replace(path, disk) : FileWriter::create(path, config.if_exists, disk);
   if (!file) return file.error();
   McapWriter writer(std::move(*file), config);
   Bytes start(kMcapMagic.begin(), kMcapMagic.end());
@@ -36,7 +37,7 @@ Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const C
 }
 
 McapWriter::~McapWriter() {
-  if (file_.is_open()) (void)close();
+  if (file_.is_open() && !config_.replaces_when_whole) (void)close();
 }
 
 Status McapWriter::usable() const {
@@ -320,6 +321,10 @@ Status McapWriter::close() {
   const bool was_cut = error_ && error_->code == ErrorCode::Truncated;
   if (!was_cut)
     if (Status ended = write_end(); !ended && !error_) error_ = ended.error();
+  if (error_ && config_.replaces_when_whole) {
+    file_.give_up();
+    return *error_;
+  }
   (void)synced(file_.close());  // the error is remembered
   if (error_) return *error_;
   return {};

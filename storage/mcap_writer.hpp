@@ -18,7 +18,8 @@ namespace hueline::storage {
 /// Payloads given as Buffer go to the kernel without a copy. Reads no clock: the same calls give the same bytes.
 ///
 /// The first failed write is remembered and returned by every later call. The file is then cut back to its last whole
-/// record, and close() still writes the summary if there is room, so that the recorded part reads as a complete file.
+/// record, and close() still writes the summary if there is room, so that the recorded part reads as a complete file,
+/// unless the file is to replace an older one when it is whole.
 /// Thread safety: none; one thread calls all functions.
 class McapWriter {
  public:
@@ -30,6 +31,9 @@ class McapWriter {
     /// Span of the log times of its messages at which a chunk is written.
     nanoseconds chunk_time = std::chrono::seconds(1);
     IfExists if_exists = IfExists::Refuse;
+    /// Whether the file gets its name, and takes the place of an older one, only when close() has succeeded, whatever
+    /// `if_exists` says (FileWriter::replace()). After a failed write, and without close(), the older one stays.
+    bool replaces_when_whole = false;
     /// Returns an empty text if the settings are valid, else a sentence.
     std::string validate() const;
   };
@@ -39,7 +43,8 @@ class McapWriter {
                                    Disk& disk = Disk::kernel());
   McapWriter(McapWriter&&) noexcept = default;
   McapWriter& operator=(McapWriter&&) = delete;
-  /// Closes the file if close() was not called. Errors are then not reported.
+  /// Closes the file if close() was not called; with `replaces_when_whole` it leaves the older one. Errors are then not
+  /// reported.
   ~McapWriter();
 
   /// Adds a schema and returns the id that it was given, counted from 1.

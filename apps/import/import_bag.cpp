@@ -225,7 +225,6 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
     out.made = Error{ErrorCode::Unsupported, fmt::format("what the recording says makes no rig: {}", e.what())};
     return out;
   }
-  if (Status done = write_output(options.out / "rig.yaml", rig.text); !done.ok()) return done.error();
   storage::JournalHeader header = runtime::journal_header(rig);
   header.about[kImportedFrom] = fs::path(options.bag).filename().string();
   auto writer =
@@ -261,6 +260,7 @@ Result<ImportedBag> import_bag(const ImportOptions& options) {
   }
   if (Status done = transcriber.finish(); !done.ok()) return done.error();
   if (Status closed = journal.close(); !closed.ok()) return closed.error();
+  if (Status done = write_output(options.out / "rig.yaml", rig.text); !done.ok()) return done.error();
   out.packets = journal.packets();
   if (is_of_map && !map->status().ok()) out.to_do.push_back(map->status().error().message);
   if (pose->rank != drivers::RosPoseRank::None && transcriber.poses() == 0)

@@ -104,6 +104,44 @@ TEST_F(JournalParts, ACopyThatFailsLeavesTheOlderFileOfItsName) {
   EXPECT_THAT(files, testing::UnorderedElementsAre("whole.mcap", "part.mcap"));
 }
 
+TEST_F(JournalParts, ACopyThatIsNotClosedOrNotWholeLeavesTheOlderFileOfItsName) {
+  const auto packets = sample_packets(500);
+  write(packets);
+  copy({});
+  const auto size = std::filesystem::file_size(part_);
+  const auto append_all = [&](JournalWriter& writer) {
+    Status done;
+    for (const Packet& packet : packets)
+      if (Status appended = writer.append(packet, test::time_of(packet)); !appended.ok()) done = appended;
+    return done;
+  };
+  {
+    auto writer = JournalWriter::create(part_, sample_header(), JournalWriter::Config::of_copy());
+    ASSERT_TRUE(writer.ok());
+    EXPECT_TRUE(append_all(*writer).ok());
+    EXPECT_TRUE(std::filesystem::exists(part_.string() + ".part"));
+  }
+  EXPECT_EQ(std::filesystem::file_size(part_), size);
+  EXPECT_FALSE(std::filesystem::exists(part_.string() + ".part"));
+  // A file that is closed after a failed write lacks packets, or its index.
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  for (const rlim_t most : {size / 2, size - 100}) {
+    auto writer = JournalWriter::create(part_, sample_header(), JournalWriter::Config::of_copy());
+    ASSERT_TRUE(writer.ok());
+    const rlimit now{most, before.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &now);
+    (void)append_all(*writer);
+    const Status closed = writer->close();
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_FALSE(closed.ok()) << most;
+    EXPECT_EQ(std::filesystem::file_size(part_), size);
+    EXPECT_FALSE(std::filesystem::exists(part_.string() + ".part"));
+  }
+  EXPECT_EQ(read().size(), packets.size());
+}
+
 TEST_F(JournalParts, ABeginIsCheckedWithoutLosingAPacket) {
   const auto packets = sample_packets(500);
   write(packets);

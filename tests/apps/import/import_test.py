@@ -8,6 +8,7 @@ usage: import_test.py HUELINE
 """
 import math
 import os
+import resource
 import sqlite3
 import struct
 import subprocess
@@ -265,6 +266,15 @@ with tempfile.TemporaryDirectory() as work:
     assert "which `hueline replay` reads" in run("import", "drive", "--out", "again", status=3)
     print(run("replay", "drive", "--out", "cloud", "--no-feed"))
     judge("cloud/cloud.las")
+    # An import that does not come to its end leaves what an earlier one has made.
+    older = {name: open(f"drive/{name}", "rb").read() for name in ("drive.mcap", "rig.yaml")}
+    most = len(older["drive.mcap"]) - 1000
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    refused = subprocess.run([hueline, "import", "world.db3", "--out", "drive", "--images", "/left/image_raw"], text=True,
+                             capture_output=True, preexec_fn=limit)
+    assert refused.returncode == 4 and "drive.mcap" in refused.stderr, refused
+    assert {name: open(f"drive/{name}", "rb").read() for name in older} == older, "a stopped import changed the older drive"
+    assert sorted(os.listdir("drive")) == ["drive.mcap", "rig.yaml"], os.listdir("drive")
     # Poses in the coordinates of a map, whose metres and whose north are other ones.
     make_bag("map.db3", of_map=True)
     assert "name the map with --map" in run("import", "map.db3", "--out", "unplaced", "--origin", f"{LATITUDE},{LONGITUDE},{HEIGHT_M}")
