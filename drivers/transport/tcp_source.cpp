@@ -1,5 +1,6 @@
 #include "drivers/transport/tcp_source.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "drivers/transport/socket_option.hpp"
@@ -34,16 +36,42 @@ int connect_within(int fd, const addrinfo& address, int timeout_ms) {
   return error;
 }
 
+/// Returns whether a text can be the address of a computer, IPv4 or IPv6, or its name in DNS (RFC 1123, section 2.1),
+/// with the underscores that local networks have. What ends in a number is no name: it is a mistyped address.
+bool is_host(const std::string& text) {
+  in6_addr address{};  // has room for an IPv4 address, too
+  if (::inet_pton(AF_INET, text.c_str(), &address) == 1) return true;
+  if (::inet_pton(AF_INET6, text.substr(0, text.find('%')).c_str(), &address) == 1) return true;  // %: its interface
+  constexpr std::size_t kLongestName = 253, kLongestLabel = 63;
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_in_name = [&](char c) {
+    return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_';
+  };
+  std::string_view rest(text), label;
+  if (rest.ends_with('.')) rest.remove_suffix(1);
+  if (rest.size() > kLongestName) return false;
+  for (bool is_last = false; !is_last;) {
+    const std::size_t dot = rest.find('.');
+    is_last = dot == std::string_view::npos;
+    label = rest.substr(0, dot);
+    if (label.empty() || label.size() > kLongestLabel || label.starts_with('-') || label.ends_with('-')) return false;
+    if (!std::ranges::all_of(label, is_in_name)) return false;
+    if (!is_last) rest.remove_prefix(dot + 1);
+  }
+  return !std::ranges::all_of(label, is_digit);
+}
+constexpr TextForm kHost{"an IPv4 or IPv6 address, or the name of a computer", is_host};
+
 }  // namespace
 
 void TcpSource::Config::visit(Keys& keys) {
-  keys.text(required("host", "", "The device's address or name."), host);
+  keys.text(required("host", "", "The device's address or name."), host, kHost);
   keys.whole(required("port", "", "The device's TCP port."), port, {1, 65535});
 }
 
 KeyError TcpSource::Config::validate() const {
   if (KeyError wrong = check_keys(*this); !wrong.empty()) return wrong;
-  if (host.empty()) return not_allowed("host", "empty", "an address or a name");
+  if (host.empty()) return not_allowed("host", "empty", kHost.allowed);
   if (connect_timeout.count() < 10 || connect_timeout.count() > 60000)
     return not_allowed("connect_timeout", std::to_string(connect_timeout.count()), "10 to 60000 ms");
   if (peer_timeout.count() < 3 || peer_timeout.count() > 3600)

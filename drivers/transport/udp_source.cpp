@@ -78,6 +78,9 @@ KeyError UdpSource::Config::validate() const {
   for (std::uint16_t& port : in_files.ports)
     port = std::max<std::uint16_t>(port, 1);  // a program may ask for port 0 (any free port), a rig file may not
   if (KeyError wrong = check_keys(in_files); !wrong.empty()) return wrong;
+  for (std::size_t i = 0; i < ports.size(); ++i)
+    if (ports[i] != 0 && std::count(ports.begin(), ports.begin() + static_cast<std::ptrdiff_t>(i), ports[i]) > 0)
+      return {"ports", fmt::format("names {} twice; allowed: 1 to 65535, each once", ports[i])};
   if (bind_address.empty()) return not_allowed("bind_address", "empty", kIpv4Address.allowed);
   if (!multicast_group.empty() && !IN_MULTICAST(ntohl(*parse_address(multicast_group))))
     return not_allowed("multicast_group", multicast_group, "224.0.0.0 to 239.255.255.255");

@@ -229,6 +229,23 @@ struct Pty {
   }
 };
 
+TEST(TcpSource, AHostIsAnAddressOrAName) {
+  for (const char* host : {"192.168.1.2", "::1", "fe80::1%eth0", "localhost", "pos-lv", "novatel_7.local",
+                           "receiver.example.org.", "3com", "a"}) {
+    TcpSource::Config config = tcp(3001);
+    config.host = host;
+    EXPECT_TRUE(config.validate().empty()) << host << ": " << config.validate().text();
+  }
+  for (const std::string& host : {std::string("not a host"), std::string("192.168.1.300"), std::string("192.168.1"),
+                                  std::string("10"), std::string("192.168.1.2:3001"), std::string("http://pos"),
+                                  std::string("a..b"), std::string("-a"), std::string("."), std::string(64, 'a')}) {
+    TcpSource::Config config = tcp(3001);
+    config.host = host;
+    EXPECT_EQ(config.validate().text(),
+              "host is '" + host + "'; allowed: an IPv4 or IPv6 address, or the name of a computer");
+  }
+}
+
 TEST(SerialSource, RawBytesBothWays) {
   Pty pty;
   SerialSource::Config config;

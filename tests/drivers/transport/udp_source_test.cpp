@@ -249,6 +249,16 @@ TEST(UdpSource, SaysWhatItCannotOpen) {
   EXPECT_NE(wrong.error().message.find("bind_address"), std::string::npos);
 }
 
+TEST(UdpSource, APortIsNamedOnce) {
+  UdpSource::Config config = loopback();
+  config.ports = {2368, 8308};
+  EXPECT_TRUE(config.validate().empty());
+  config.ports = {2368, 8308, 2368};
+  EXPECT_EQ(config.validate(), "ports names 2368 twice; allowed: 1 to 65535, each once");
+  config.ports = {0, 0};  // the kernel chooses two
+  EXPECT_TRUE(config.validate().empty());
+}
+
 TEST(UdpSource, SilenceTimesOutAndAStopIsObeyed) {
   UdpSource source(loopback(), BufferPool(1 << 20));
   ASSERT_TRUE(source.open().ok());
