@@ -11,6 +11,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -27,9 +28,26 @@ using drivers::Role;
 
 constexpr double kVehicle_m = 10;  // no sensor is farther from the centre of navigation
 
+/// A UDP port at which a sensor is heard.
+struct HeardPort {
+  std::string sensor, port, bind, group, source;
+
+  /// Returns whether the two do not hear their own datagrams alone. The kernel refuses the second socket of a port, but
+  /// for multicast groups, where it gives each socket the datagrams of all groups: the senders tell these apart.
+  bool collides(const HeardPort& other) const {
+    if (port != other.port) return false;
+    if (bind != other.bind && bind != kAnyInterface && other.bind != kAnyInterface) return false;
+    const bool may_share = !group.empty() && !other.group.empty();
+    return !may_share || source == other.source || source.empty() || other.source.empty();
+  }
+
+  static constexpr const char* kAnyInterface = "0.0.0.0";
+};
+
 /// Adds a finding for each pair of sensors that are reached in the same way.
 void find_shared_addresses(const config::Rig& rig, std::vector<Finding>& out) {
   std::map<std::string, std::string> owners;
+  std::vector<HeardPort> heard;
   for (const auto& sensor : rig.sensors) {
     const auto values = values_of(sensor);
     const auto value = [&](const char* key) {
@@ -40,9 +58,21 @@ void find_shared_addresses(const config::Rig& rig, std::vector<Finding>& out) {
     for (const char* key : {"address", "serial", "device", "socket", "serial.device", "can.interface"})
       if (!value(key).empty()) ways.push_back(fmt::format("{} {}", key, value(key)));
     if (!value("tcp.host").empty()) ways.push_back(fmt::format("tcp {}:{}", value("tcp.host"), value("tcp.port")));
-    if (!value("udp.ports").empty())
-      ways.push_back(fmt::format("udp ports {}of {}", value("udp.ports"),
-                                 value("udp.sender").empty() ? "any sender" : value("udp.sender")));
+    for (const std::string section : {"udp.", "cannelloni."}) {
+      const auto of_section = [&](const char* key) { return value((section + key).c_str()); };
+      std::istringstream ports(of_section("ports"));
+      for (HeardPort one{sensor.name, "", of_section("bind_address"), of_section("multicast_group"),
+                         of_section("source_address")};
+           ports >> one.port;) {
+        const auto other = std::ranges::find_if(
+            heard, [&](const HeardPort& known) { return known.sensor != one.sensor && known.collides(one); });
+        if (other != heard.end())
+          out.push_back({true, sensor.name, fmt::format("is heard at UDP port {}, as is {}", one.port, other->sensor),
+                         one.group.empty() ? "give each sensor its own port, or its own bind_address"
+                                           : "give each sensor its own port, or name its sender (source_address)"});
+        heard.push_back(one);
+      }
+    }
     for (const std::string& way : ways)
       if (const auto [owner, is_new] = owners.try_emplace(way, sensor.name); !is_new)
         out.push_back({true, sensor.name, fmt::format("is reached by {}, as is {}", way, owner->second),

@@ -342,19 +342,28 @@ Result<std::filesystem::path> make_drive_folder(const std::filesystem::path& dri
                                           kMostOfOneName, time)};
 }
 
+/// Logs what is wrong with the rig as a whole. The capture goes on: a drive with one sensor less is worth more than
+/// none, and more than a cloud, which a replay can make.
+void log_findings(const config::Rig& rig) {
+  for (const runtime::Finding& one : runtime::check_rig(rig)) {
+    if (one.prevents)
+      log_error("{}: {}; {}", one.about, one.text, one.action);
+    else
+      log_warning("{}: {}; {}", one.about, one.text, one.action);
+  }
+  if (!runtime::check_map(rig).ok())
+    log_warning("no cloud can be written; everything is recorded, and a replay with a corrected rig makes the cloud");
+}
+
 int capture(const CaptureOptions& options) {
-  StopSignals signals;  // before any thread
-  const config::Rig rig = config::load_rig(options.rig);
-  signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
-  // A drive costs more than a cloud, which a replay can make.
-  if (const Status map = runtime::check_map(rig); !map.ok())
-    log_error(
-        "{}, or no cloud can be written; everything is recorded, and a replay with a corrected rig makes the cloud",
-        map.error().message);
   if (options.out.empty() == options.drives.empty()) {
     log_error("give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own");
     return kWrongUse;
   }
+  StopSignals signals;  // before any thread
+  const config::Rig rig = config::load_rig(options.rig);
+  signals.end_within(std::chrono::milliseconds(static_cast<std::int64_t>(rig.end_within_s * 1000)));
+  log_findings(rig);
   std::filesystem::path dir = options.out;
   if (options.out.empty()) {
     auto made = make_drive_folder(options.drives);

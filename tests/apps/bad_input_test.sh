@@ -110,7 +110,8 @@ says "typo.yaml:[0-9]*: key 'sensors\[0\]"
 # A map that does not exist: a replay has nothing else to give, a capture its recording.
 { cat cut.yaml; echo "cloud: {crs: EPSG:99999}"; } >nowhere.yaml
 ends 3 "$hueline" capture nowhere.yaml --out nowhere --quiet
-says "EPSG:99999.*correct cloud.crs, datum or geoid in the rig.*everything is recorded"
+says "rig: cloud: EPSG:99999.*correct cloud.crs, datum or geoid in the rig"
+says "no cloud can be written; everything is recorded, and a replay with a corrected rig makes the cloud"
 ends 2 "$hueline" replay nowhere --out again
 says "EPSG:99999.*correct cloud.crs, datum or geoid in the rig; --rig names a corrected one"
 [ ! -e again ] || fail "a refused map made a folder"

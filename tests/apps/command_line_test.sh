@@ -57,6 +57,16 @@ rig 'serial: {port: COM3, baud: 115200}' >serial.yaml
 told 2 "key 'sensors\[0\].serial.device' is missing; here are: port, baud" inspect serial.yaml
 sed 's/position_m:/position_mm:/' "$source/config/rigs/street.yaml" >mm.yaml
 told 2 "position_m' is missing; is 'position_mm' meant for it\?" inspect mm.yaml
+rig 'tcp: {host: not a host, port: 3001}' >host.yaml
+told 2 "tcp.host.*is '?not a host'?; allowed: an IPv4 or IPv6 address, or the name of a computer" inspect host.yaml
+laser() { printf '  - {name: %s, driver: velodyne, model: VLP-16, udp: {ports: [%s]}, T_body_scanner: {position_m: [0, 0, 1], rotation_deg: [0, 0, 0]}}\n' "$1" "$2"; }
+{ printf 'rig: t\nsensors:\n'; laser a '2368, 2368'; printf 'colouring: {method: lens}\n'; } >ports.yaml
+told 2 "ports.*names 2368 twice; allowed: 1 to 65535, each once" inspect ports.yaml
+# What is wrong with a rig as a whole is told before its devices are opened, and the drive begins.
+{ printf 'rig: t\nsensors:\n'; laser front 52368; laser rear 52368; printf 'colouring: {method: lens}\n'; } >shared.yaml
+told 0 "rear: is heard at UDP port 52368, as is front; give each sensor its own port" inspect shared.yaml
+told 5 "rear: is heard at UDP port 52368, as is front; give each sensor its own port" capture shared.yaml --out shared --quiet --seconds 1
+sed -n '/capturing t into/q;p' said.txt | grep -q 'is heard at UDP port' || fail "the finding came after the beginning of the capture"
 rig 'fiel: a.gps' >typo.yaml
 told 2 "give exactly one of tcp, serial, pcap, file; here are: fiel" inspect typo.yaml
 printf 'duraton_s: 5\n' >scenario.yaml

@@ -55,7 +55,47 @@ TEST_F(RigCheck, FindsTwoReceiversOfOnePort) {
       "  - {name: second, driver: velodyne, model: VLP-16, udp: {ports: [2368, 8308], bind_address: 127.0.0.1}, "
       "T_body_scanner: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}}\n\n");
   rig_ = config::parse_rig(yaml, "rig");
-  expect("second", "is reached by udp ports 2368 8308");
+  const auto found = check_rig(rig_);
+  ASSERT_EQ(found.size(), 2u) << text(found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_TRUE(found[i].prevents);
+    EXPECT_EQ(found[i].about, "second");
+    EXPECT_EQ(found[i].text,
+              i == 0 ? "is heard at UDP port 2368, as is laser" : "is heard at UDP port 8308, as is laser");
+  }
+}
+
+TEST_F(RigCheck, FindsAPortThatTwoReceiversShareWithOthersOfTheirOwn) {
+  const std::string yaml = rig_.text;
+  const auto with = [&](const std::string& udp) {
+    std::string out = yaml;
+    out.insert(out.find("  - name: camera"),
+               "  - {name: second, driver: velodyne, model: VLP-16, udp: {" + udp +
+                   "}, T_body_scanner: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}}\n\n");
+    return config::parse_rig(out, "rig");
+  };
+  // The first listens at 127.0.0.1:2368 and 8308.
+  rig_ = with("ports: [8308, 2400], bind_address: 127.0.0.1");
+  expect("second", "is heard at UDP port 8308, as is laser");
+  rig_ = with("ports: [2400, 2368], source_address: 127.0.0.9");  // at all interfaces
+  expect("second", "is heard at UDP port 2368, as is laser");
+  EXPECT_EQ(text(check_rig(with("ports: [2368], bind_address: 127.0.0.2"))), "");
+  EXPECT_EQ(text(check_rig(with("ports: [2400]"))), "");
+}
+
+TEST_F(RigCheck, TellsReceiversOfOneGroupApartByTheirSenders) {
+  const auto two = [](const std::string& first, const std::string& second) {
+    std::string out = "rig: r\nsensors:\n";
+    for (const auto& [name, udp] : {std::pair("a", first), std::pair("b", second)})
+      out += std::string("  - {name: ") + name + ", driver: velodyne, model: VLP-16, udp: {ports: [2368], " + udp +
+             "}, T_body_scanner: {position_m: [0, 0, 0], rotation_deg: [0, 0, 0]}}\n";
+    return text(check_rig(config::parse_rig(out + "colouring: {method: lens}\n", "rig")));
+  };
+  const std::string group = "multicast_group: 239.1.1.1";
+  EXPECT_EQ(two(group + ", source_address: 10.0.0.1", group + ", source_address: 10.0.0.2"), "");
+  EXPECT_THAT(two(group, group), HasSubstr("b: is heard at UDP port 2368, as is a"));
+  EXPECT_THAT(two(group, "multicast_group: 239.1.1.2"), HasSubstr("name its sender"));
+  EXPECT_THAT(two(group, "source_address: 10.0.0.2"), HasSubstr("b: is heard at UDP port 2368, as is a"));
 }
 
 TEST_F(RigCheck, FindsLensesOnOneRegion) {
