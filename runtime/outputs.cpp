@@ -37,7 +37,8 @@ struct Outputs::Line {
 struct Outputs::Files {
   storage::LasWriter::Config las_config;
   std::optional<storage::LasWriter> las;
-  bool las_failed = false, las_closed = false;
+  Status las_failure;  // why the cloud ends early
+  bool las_closed = false;
   std::optional<OutputFolder> parts_folder;
   std::optional<storage::CloudParts> parts;  // of the rig's cloud.split, from the first point to the cloud's end
   bool parts_failed = false;
@@ -98,7 +99,7 @@ bool Outputs::has_room() {
 }
 
 void Outputs::close_cloud() {
-  if (files_->las && !files_->las_failed && !std::exchange(files_->las_closed, true))
+  if (files_->las && files_->las_failure.ok() && !std::exchange(files_->las_closed, true))
     keep(rig_.cloud_file(), files_->las->close());
   end_parts();
 }
@@ -201,13 +202,13 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
   map_.on_cloud(block);
   if (!has_room()) return;
   view([&](auto& out) { return out.append(block); });
-  if (files_->las_failed || block.points.empty()) return;
+  if (!files_->las_failure.ok() || block.points.empty()) return;
   if (!files_->las) {
     // This is the date of the drive, not of the run, because a replay must give the same bytes.
     files_->las_config.created = to_utc(block.points.front().time);
     auto las = storage::LasWriter::create(dir_ / rig_.cloud_file(), block.origin, files_->las_config);
     if (!las.ok()) {
-      files_->las_failed = true;
+      files_->las_failure = las.error();
       keep(rig_.cloud_file(), las.error());
       return;
     }
@@ -217,7 +218,7 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
     summary_.on_map({map.crs(), map.name(), map.words()});
   }
   if (Status done = files_->las->append(block); !done.ok()) {
-    files_->las_failed = true;
+    files_->las_failure = done;
     keep(rig_.cloud_file(), done);
   }
 }
@@ -276,13 +277,13 @@ Status Outputs::finish(const Health* health) {
   view([](auto& out) { return out.close(); });
   const storage::LasWriter::Counts counts = files_->las ? files_->las->counts() : storage::LasWriter::Counts{};
   summary_.on_unwritten("outside the map's projection", counts.refused);
-  // After the first refused write nothing more is offered to the file.
+  // After the first failure nothing more is offered to the file.
   if (ended_early) {
     summary_.on_early_end("the disk's last space was kept for the recording: a replay makes cloud and view whole");
     summary_.on_unwritten("left out to keep the disk's last space for the recording",
                           summary_.points() - (counts.written + counts.refused));
-  } else if (files_->las_failed) {
-    summary_.on_unwritten("refused by the disk", summary_.points() - (counts.written + counts.refused));
+  } else if (const Status& failure = files_->las_failure; !failure.ok()) {
+    summary_.on_unwritten(failure.error().message, summary_.points() - (counts.written + counts.refused));
   }
   if (auto& parts = files_->parts_written) {
     parts->missing = summary_.points() - counts.refused - parts->points;
@@ -300,7 +301,7 @@ Status Outputs::finish(const Health* health) {
         file != std::string_view(rig_.cloud_file()) && !std::filesystem::remove(other_cloud, error) && error)
       keep(file, io_error("remove " + other_cloud.string(), error.value()));
   }
-  if (!files_->las && !files_->las_failed)
+  if (!files_->las && files_->las_failure.ok())
     keep(rig_.cloud_file(), write_output(dir_ / rig_.cloud_file(), std::string_view()));
   if (!files_->view && !files_->view_failed) keep("view.mcap", write_output(dir_ / "view.mcap", std::string_view()));
   if (health != nullptr) {

@@ -136,6 +136,30 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 
+TEST(Outputs, PointsThatAreNotWrittenHaveTheReasonOfTheCloud) {
+  Folder folder;
+  config::Rig wrong = rig();
+  wrong.map.crs = "EPSG:99999";  // a capture goes on with it
+  std::vector<std::string> told;
+  auto outputs = Outputs::create(wrong, folder.path, [&](const std::string& trouble) { told.push_back(trouble); });
+  ASSERT_TRUE(outputs.ok());
+  Outputs& out = **outputs;
+  out.on_origin(solution(100).position);
+  CloudBlock cloud;
+  cloud.origin = solution(100).position;
+  cloud.points.resize(100);
+  for (auto& point : cloud.points) point.time = solution(101).time;
+  out.on_cloud(cloud, fusion::Trajectory({}));
+  EXPECT_FALSE(out.finish().ok());
+  ASSERT_EQ(told.size(), 1u);
+  const std::string said = out.summary().text(), count = "100 points not written: ";
+  const auto at = said.find(count);
+  ASSERT_NE(at, std::string::npos) << said;
+  const std::string reason = said.substr(at + count.size(), said.find('\n', at) - at - count.size());
+  EXPECT_NE(reason.find("EPSG:99999"), std::string::npos) << said;
+  EXPECT_NE(told[0].find(reason), std::string::npos) << told[0];
+}
+
 /// A rig whose cloud is also written in parts.
 config::Rig rig_with_parts(const std::string& split) {
   return config::parse_rig(
