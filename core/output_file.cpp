@@ -235,6 +235,10 @@ OutputFolder& OutputFolder::operator=(OutputFolder&& other) noexcept {
   return *this;
 }
 
+bool OutputFolder::is_held_by_another(const std::filesystem::path& path) {
+  return hueline::is_held_by_another(path.empty() ? std::filesystem::path(".") : path);
+}
+
 OutputFolder::~OutputFolder() {
   if (fd_ < 0) return;
   struct stat facts {};

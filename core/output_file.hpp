@@ -57,6 +57,9 @@ class OutputFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
+  /// Returns whether another program holds this folder open.
+  static bool is_held_by_another(const std::filesystem::path& path);
+
  private:
   OutputFolder(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
   std::filesystem::path path_;

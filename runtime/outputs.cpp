@@ -213,6 +213,9 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
       return;
     }
     files_->las.emplace(std::move(*las));
+    // An earlier run's summary is not of this cloud. That there is none says that this run has not come to its end.
+    std::error_code ignored;
+    std::filesystem::remove(dir_ / "summary.json", ignored);
     if (rig_.cloud_split) begin_parts();
     const storage::MapOperation& map = files_->las->projection().operation();
     summary_.on_map({map.crs(), map.name(), map.words()});

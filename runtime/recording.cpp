@@ -1,6 +1,7 @@
 #include "runtime/recording.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <optional>
@@ -10,6 +11,8 @@
 
 #include "config/section.hpp"
 #include "core/input_folder.hpp"
+#include "core/output_file.hpp"
+#include "core/remote_store.hpp"
 #include "runtime/version.hpp"
 
 namespace hueline::runtime {
@@ -34,11 +37,27 @@ std::string drive_cloud(const std::string& path) {
   return found;
 }
 
-Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
+Result<std::unique_ptr<storage::JournalReader>> open_journal(const std::string& named) {
   const std::string path = drive_file(named);
   if (is_folder(path))
     return Error{ErrorCode::Io, path + " is a folder without drive.mcap in it: give a recording, or a drive's folder"};
-  auto journal = storage::JournalReader::open(path);
+  return storage::JournalReader::open(path);
+}
+
+Result<std::string> find_cloud(const std::string& named) {
+  const std::string path = drive_cloud(named);
+  if (!is_folder(path)) return path;
+  const bool is_running = !is_address(path) && OutputFolder::is_held_by_another(path);
+  const std::string what = is_running ? "a capture or replay is writing there, and has placed no point yet"
+                           : holds(path, "drive.mcap") ? fmt::format("`hueline replay {0} --out {0}` makes one", path)
+                                                       : "give a cloud, or a drive's folder";
+  return Error{ErrorCode::Io, fmt::format("{} is a folder without a cloud ({}) in it: {}", path,
+                                          fmt::join(storage::kCloudFiles, ", "), what)};
+}
+
+Result<Recording> Recording::open(const std::string& named, const std::string& rig_file) {
+  const std::string path = drive_file(named);
+  auto journal = open_journal(named);
   if (!journal.ok()) return journal.error();
   const storage::JournalHeader& header = (*journal)->header();
   Recording out;

@@ -21,6 +21,14 @@ std::string drive_file(const std::string& path, const char* name = "drive.mcap")
 /// Returns the same for the cloud of a drive, whatever its format is.
 std::string drive_cloud(const std::string& path);
 
+/// Opens the recording that a user names by its file or by its drive's folder. Errors: those of JournalReader::open();
+/// Io with what a folder lacks that has no recording.
+Result<std::unique_ptr<storage::JournalReader>> open_journal(const std::string& named);
+
+/// Returns the file of the cloud that a user names by itself or by its drive's folder. Error: Io with what a folder
+/// lacks that has no cloud. Whether a file is there is not looked at.
+Result<std::string> find_cloud(const std::string& named);
+
 /// A recording, and the rig that it is read with.
 struct Recording {
   config::Rig rig;

@@ -10,10 +10,10 @@
 #include "apps/exit_code.hpp"
 #include "apps/export/drive_path.hpp"
 #include "apps/export/profile.hpp"
+#include "apps/inspect/unfinished_run.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "core/input_file.hpp"
-#include "core/input_folder.hpp"
 #include "core/output_file.hpp"
 #include "products/cloud_export.hpp"
 #include "products/cloud_split.hpp"
@@ -148,15 +148,29 @@ class LazProfile : public ExportProfile {
   int run(const ExportWords& words) override {
     products::CloudExport config;
     config.threads = words.threads;
-    const std::string cloud = runtime::drive_cloud(words.drive);
-    if (is_folder(cloud)) {
-      log_error(
-          "{} is a folder without a cloud (cloud.las, cloud.laz, cloud.copc.laz) in it: a replay of its drive.mcap "
-          "makes the cloud",
-          cloud);
+    const auto found = runtime::find_cloud(words.drive);
+    if (!found.ok()) {
+      log_error(found.error().message);
       return kInputUnreadable;
     }
-    if (!words.split.empty()) return write_parts(words, cloud, is_copc(), config);
+    const std::string& cloud = *found;
+    return work_on_cloud(cloud, [&] {
+      return words.split.empty() ? write_whole(words, cloud, config) : write_parts(words, cloud, is_copc(), config);
+    });
+  }
+
+ protected:
+  virtual bool is_copc() const { return false; }
+  /// Whether the records of the cloud are in the new file as they are.
+  virtual bool keeps_records() const { return true; }
+  virtual const char* parts() const { return "chunks"; }
+  virtual Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
+                                                const products::CloudExport& config) const {
+    return products::export_laz(cloud, out, config);
+  }
+
+ private:
+  int write_whole(const ExportWords& words, const std::string& cloud, const products::CloudExport& config) const {
     const auto done = write(cloud, words.out, config);
     if (!done.ok()) {
       log_error(done.error().message);
@@ -171,16 +185,6 @@ class LazProfile : public ExportProfile {
     if (!done->source_was_cut) return done->points == 0 ? kNothingCame : kDone;
     log_error("{} ends before its last point: everything that is whole was written", cloud);
     return kInputUnreadable;
-  }
-
- protected:
-  virtual bool is_copc() const { return false; }
-  /// Whether the records of the cloud are in the new file as they are.
-  virtual bool keeps_records() const { return true; }
-  virtual const char* parts() const { return "chunks"; }
-  virtual Result<products::ExportedCloud> write(const std::string& cloud, const std::string& out,
-                                                const products::CloudExport& config) const {
-    return products::export_laz(cloud, out, config);
   }
 };
 

@@ -43,7 +43,7 @@ Result<std::vector<bool>> find_sensors(const storage::JournalHeader& header, con
 
 int cut(const CutOptions& options, bool recovers) {
   const std::string path = runtime::drive_file(options.recording);
-  auto journal = storage::JournalReader::open(path);
+  auto journal = runtime::open_journal(options.recording);
   if (!journal.ok()) {
     log_error(journal.error().message);
     return kInputUnreadable;

@@ -6,6 +6,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/inspect/unfinished_run.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "core/output_file.hpp"
@@ -74,15 +75,8 @@ int finish(const std::string& path, const Status& written, const std::string& sa
   return kInputUnreadable;
 }
 
-int picture(PictureOptions options) {
-  if (options.above.empty() && options.street.empty() && options.moving.empty())
-    throw config::ConfigError("picture: give --above PNG, --street PNG, --moving WEBP or several of them");
-  for (const std::string& path : {options.above, options.street})
-    if (!path.empty() && !path.ends_with(".png"))
-      throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
-  if (!options.moving.empty() && !options.moving.ends_with(".webp"))
-    throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
-  options.cloud = runtime::drive_cloud(options.cloud);
+/// Draws what was asked for of a cloud, and returns the exit status.
+int draw(const PictureOptions& options) {
   if (const auto cloud = storage::LasReader::open(options.cloud); cloud.ok() && cloud->header().point_count == 0) {
     log_error("{}: a cloud without points has no picture", options.cloud);
     return kNothingCame;
@@ -124,6 +118,23 @@ int picture(PictureOptions options) {
   return finish(options.moving, write_output(options.moving, view->webp),
                 fmt::format(": {} frames, {:.0f} kB", view->frames, static_cast<double>(view->webp.size()) / 1000),
                 view->read, status);
+}
+
+int picture(PictureOptions options) {
+  if (options.above.empty() && options.street.empty() && options.moving.empty())
+    throw config::ConfigError("picture: give --above PNG, --street PNG, --moving WEBP or several of them");
+  for (const std::string& path : {options.above, options.street})
+    if (!path.empty() && !path.ends_with(".png"))
+      throw config::ConfigError(path + ": a picture is written as PNG; give a name that ends in .png");
+  if (!options.moving.empty() && !options.moving.ends_with(".webp"))
+    throw config::ConfigError(options.moving + ": a moving picture is written as WebP; give a name that ends in .webp");
+  auto found = runtime::find_cloud(options.cloud);
+  if (!found.ok()) {
+    log_error(found.error().message);
+    return kInputUnreadable;
+  }
+  options.cloud = *std::move(found);
+  return work_on_cloud(options.cloud, [&] { return draw(options); });
 }
 
 }  // namespace

@@ -96,6 +96,8 @@ told 2 "sensors are not those of the recording" replay drive --out d --rig stree
 printf 'exposure,u_px,v_px\n1,10,10\n' >picks.csv
 told 2 "the rig has no camera head" measure drive --picks picks.csv
 mkdir empty
+for command in cut recover; do told 3 "empty is a folder without drive.mcap in it: give a recording, or a drive's folder" $command empty --out part.mcap; done
+told 3 "empty is a folder without a cloud \(cloud.las, cloud.laz, cloud.copc.laz\) in it: give a cloud" picture empty --above a.png
 told 3 "empty is a folder without drive.mcap in it" inspect empty
 told 3 "empty is a folder without drive.mcap in it" replay empty --out d
 told 3 "empty is a folder without a cloud \(cloud.las, cloud.laz, cloud.copc.laz\) in it" export empty --out d.laz
@@ -120,6 +122,20 @@ sys.stdout.buffer.write(head)' >none.las
 for profile in copc laz ply e57; do told 5 "n(one.las has no points: there is nothing to export|.$profile: 0 points)" export none.las --profile $profile --out n.${profile/copc/copc.laz}; done
 told 5 "the cloud has no points: there is nothing to export" export none.las --split tile:10m --out parts
 told 5 "none.las: a cloud without points has no picture" picture none.las --above a.png
+# A cloud whose capture was killed before its header counted a point, or later.
+mkdir killed
+cp drive/drive.mcap killed
+cp none.las killed/cloud.las
+ended="killed/cloud.las: the capture that was to make it did not come to its end, and further points are missing; .hueline replay killed --out killed. makes the cloud whole"
+told 3 "$ended" picture killed --above k.png
+never_says "has no picture"
+told 3 "$ended" inspect killed/cloud.las
+for profile in copc laz ply e57; do told 3 "$ended" export killed --profile $profile --out k.${profile/copc/copc.laz}; done
+told 3 "$ended" export killed --split tile:10m --out k
+[ -z "$(ls -d k k.* 2>/dev/null)" ] || fail "of a cloud that is not known to be empty $(ls -d k k.*) was made"
+(exec 9<killed; flock 9; told 5 "killed/cloud.las: a capture or replay is still writing it" picture killed --above k.png)
+: >killed/summary.json
+told 5 "killed/cloud.las: a cloud without points has no picture" picture killed --above k.png
 told 3 "open absent.bag: No such file" import absent.bag --out d
 [ ! -e d ] || fail "an import without a recording made a folder"
 told 2 "fleet.csv: a catalogue is written as a GeoPackage" fleet catalogue drive --out fleet.csv

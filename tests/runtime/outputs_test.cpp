@@ -136,6 +136,31 @@ TEST(Outputs, TheCloudLeavesTheDisksLastSpaceToTheRecording) {
   EXPECT_NE(said.find("ends early"), std::string::npos) << said;
 }
 
+TEST(Outputs, TheSummaryOfAnEarlierRunGoesWithItsCloud) {
+  Folder folder;
+  const auto begin = [&] {
+    auto outputs = Outputs::create(rig(), folder.path, [](const std::string& trouble) { FAIL() << trouble; });
+    EXPECT_TRUE(outputs.ok());
+    return std::move(*outputs);
+  };
+  const auto summary = folder.path / "summary.json";
+  CloudBlock cloud;
+  cloud.origin = solution(100).position;
+  cloud.points.resize(100);
+  for (auto& point : cloud.points) point.time = solution(101).time;
+  auto first = begin();
+  first->on_cloud(cloud, fusion::Trajectory({}));
+  EXPECT_TRUE(first->finish().ok());
+  first.reset();
+  EXPECT_TRUE(std::filesystem::exists(summary));
+  auto second = begin();
+  EXPECT_TRUE(std::filesystem::exists(summary)) << "the earlier cloud is still there";
+  second->on_cloud(cloud, fusion::Trajectory({}));
+  EXPECT_FALSE(std::filesystem::exists(summary)) << "of a cloud that is not there any more";
+  EXPECT_TRUE(second->finish().ok());
+  EXPECT_TRUE(std::filesystem::exists(summary));
+}
+
 TEST(Outputs, PointsThatAreNotWrittenHaveTheReasonOfTheCloud) {
   Folder folder;
   config::Rig wrong = rig();
