@@ -10,6 +10,7 @@
 #include "apps/colour/shot_calibration.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/input_error.hpp"
 #include "apps/log.hpp"
 #include "config/section.hpp"
 #include "core/exif_orientation.hpp"
@@ -149,9 +150,9 @@ Status write_comparison(const std::filesystem::path& path, const storage::PcdClo
 int colour(const ColourOptions& options) {
   const ShotCalibration calibration = read_shot_calibration(options.calibration);
   if (!calibration.intrinsics)
-    throw config::ConfigError("no calibration file holds a lens: lens: of hueline, or one that docs/colour.md lists");
+    throw InputError("no calibration file holds a lens: lens: of hueline, or one that docs/colour.md lists");
   if (!calibration.T_lens_scanner)
-    throw config::ConfigError(
+    throw InputError(
         "no calibration file says where the laser is: T_lens_scanner: of hueline, or a pose that docs/colour.md lists");
   auto stored = storage::read_image(options.image);
   const auto cloud = storage::read_cloud(options.cloud);

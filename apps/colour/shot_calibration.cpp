@@ -52,7 +52,13 @@ ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
   CalibrationParts out;
   for (const auto& path : paths) {
     if (!is_address(path) && !std::filesystem::exists(path)) throw InputError("open " + path + ": is not there");
-    const CalibrationParts one = read_file(path);
+    const CalibrationParts one = [&] {
+      try {
+        return read_file(path);
+      } catch (const config::ConfigError& e) {
+        throw InputError(e.what());
+      }
+    }();
     if (one.shot.intrinsics) {
       out.shot.intrinsics = one.shot.intrinsics;
       out.shot.lens_file = one.shot.lens_file;
@@ -71,8 +77,7 @@ ShotCalibration read_shot_calibration(const std::vector<std::string>& paths) {
 
 fusion::CameraIntrinsics read_lens(const std::string& path) {
   const ShotCalibration found = read_shot_calibration({path});
-  if (!found.intrinsics)
-    throw config::ConfigError(path + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
+  if (!found.intrinsics) throw InputError(path + ": has no lens (lens: of hueline, or one that docs/colour.md lists)");
   std::fputs(found.lens_note.c_str(), stdout);
   return *found.intrinsics;
 }

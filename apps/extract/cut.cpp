@@ -80,12 +80,12 @@ int cut(const CutOptions& options, bool recovers) {
     log_warning("{} parts of {} are damaged or missing; the first: {}", result->damages, path, result->first_damage);
   if (!result->end.ok()) log_warning("{}", result->end.error().message);
   if (result->packets == 0) {
-    log_error("no packet of {} is in that part", path);
+    log_error("no packet of {} is {}", path, recovers ? "whole" : "in that part");
     return kNothingCame;
   }
-  // Who recovers a recording expects it to be damaged.
-  const bool is_whole = result->damages == 0 && result->end.ok();
-  return is_whole || recovers ? kDone : kInputUnreadable;
+  // That the end is missing is why a recording is recovered: all that came before it is there.
+  const bool is_whole = result->damages == 0 && (result->end.ok() || recovers);
+  return is_whole ? kDone : kInputUnreadable;
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ std::string wrong_name(const fs::path& file) {
 }
 
 Error refuse(const fs::path& file, const std::string& what) {
-  return {ErrorCode::Invalid, fmt::format("{}: is no plan of this version: {}", file.string(), what)};
+  return {ErrorCode::Malformed, fmt::format("{}: is no plan of this version: {}", file.string(), what)};
 }
 
 /// Reads the values of a plan and remembers the first one that is wrong.

@@ -64,7 +64,8 @@ struct FleetWish {
 /// inputs cannot be read, with all of them in the message, one a line.
 Result<FleetPlan> make_plan(const FleetWish& wish, const std::filesystem::path& file);
 
-/// Reads a plan. Errors: those of read_input(); Invalid with the place in the file if it is no plan of this version.
+/// Reads a plan. Errors: those of read_input(); Malformed with the place in the file if it is no plan of this version;
+/// Invalid for a name that no plan has.
 Result<FleetPlan> read_plan(const std::filesystem::path& file);
 
 }  // namespace hueline::apps

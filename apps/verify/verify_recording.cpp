@@ -138,12 +138,12 @@ int show(const Found& found, bool as_json) {
       for (const char* column : columns) text += fmt::format("{:11}", row.value(column, std::uint64_t{0}));
       text += '\n';
     }
-    if (trouble.ok()) text += found.words() + "\n";
+    if (trouble.ok() && found.packets > 0) text += found.words() + "\n";
     std::fputs(text.c_str(), stdout);
   }
-  if (trouble.ok()) return kDone;
-  log_error(trouble.error().message);
-  return kInputUnreadable;
+  if (trouble.ok() && found.packets > 0) return kDone;
+  log_error(trouble.ok() ? "no packet is in the recording: nothing came before it ended" : trouble.error().message);
+  return trouble.ok() ? kNothingCame : kInputUnreadable;
 }
 
 int verify(const VerifyRecordingOptions& options) {
@@ -210,7 +210,9 @@ void add_verify_recording(Command& all) {
       "  buffers    packets that a buffer of this computer had no room for\n"
       "  gaps       what misses in the device's own count, in its unit, wherever it was lost\n"
       "  malformed  messages whose bytes violate their format\n"
-      "Exit status: 0 if the recording is whole, 3 if packets are missing or damaged.");
+      "Example: hueline verify drives/today\n"
+      "Exit status: 0 if the recording is whole; 3 if packets are missing or damaged; 5 if no packet is in it.\n"
+      "More: docs/operating.md");
   command.runs([options] { return verify(*options); });
 }
 

@@ -78,6 +78,18 @@ ends 3 "$hueline" replay chunk.mcap --out chunk
 says "chunk.mcap at byte [0-9]*: wrong CRC; the chunk of [0-9]* bytes is skipped"
 kept=$(packets chunk.mcap laser)
 [ "$kept" -gt 6000 ] && [ "$kept" -lt $((603 * 20)) ] || fail "of the broken recording $kept packets were read"
+# What is whole of it is recovered, and the status says that something was not; a missing end is no such loss.
+ends 3 "$hueline" recover chunk.mcap --out recovered.mcap
+says "1 parts of chunk.mcap are damaged or missing"
+[ "$(packets recovered.mcap laser)" = "$kept" ] || fail "of the broken recording $(packets recovered.mcap laser) packets were recovered, not $kept"
+ends 0 "$hueline" inspect recovered.mcap
+head -c 6000000 large/drive.mcap >ended.mcap
+ends 0 "$hueline" recover ended.mcap --out recovered.mcap
+says "ended.mcap ends at byte 6000000"
+head -c 3000 large/drive.mcap >begun.mcap
+ends 5 "$hueline" recover begun.mcap --out none.mcap
+ends 5 "$hueline" verify none.mcap
+says "no packet is in the recording"
 
 full() {  # the folder of the drive
   says "recording ended early: write $1/drive.mcap at byte [0-9]*: $2"

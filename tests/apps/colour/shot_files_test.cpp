@@ -254,10 +254,10 @@ TEST_F(Shot, ColourReadsWhatOthersPublish) {
   EXPECT_NEAR(extra(cloud()[0], "image_u"), 79.5 - 100 * 1.0 / 10, 1e-4);
   write_file(dir / "mirror.txt", "K: 100 0 79.5 0 100 59.5 0 0 1\nT: 0 1 0 0 0 0 -1 0 1 0 0 0\n");
   const Ran mirrored = colour("image.png", {"mirror.txt"});
-  EXPECT_EQ(mirrored.status, 2);
+  EXPECT_EQ(mirrored.status, 3);
   EXPECT_NE(mirrored.said.find("mirror.txt: T is no rotation"), std::string::npos) << mirrored.said;
   write_file(dir / "odometry.txt", "P0: 100 0 79.5 0 0 100 59.5 0 0 0 1 0\n");
-  EXPECT_EQ(colour("image.png", {"odometry.txt"}).status, 2);
+  EXPECT_EQ(colour("image.png", {"odometry.txt"}).status, 3);
 }
 
 /// Each form has the same lens, and the laser 0.25 m to its right.
@@ -438,7 +438,7 @@ TEST_F(Shot, ALensThatIsNotReadIsRefused) {
            {"camera-lidar: {q: {w: 1, x: 0, y: 0}, t: {x: 0, y: 0, z: 0}}\n", "the rotation has no z"}}) {
     write_file(dir / "lens.yaml", text);
     const Ran ran = colour("image.png", {"lens.yaml", "mounting.yaml"});
-    EXPECT_EQ(ran.status, 2) << text;
+    EXPECT_EQ(ran.status, 3) << text;
     EXPECT_NE(ran.said.find(said), std::string::npos) << ran.said;
   }
   write_file(dir / "columns.txt", "0 0 1 0\n-1 0 0 0\n0 -1 0 0\n0.25 0 0 1\n");
