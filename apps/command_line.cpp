@@ -27,10 +27,14 @@ namespace {
 template <typename Number>
 CLI::Option* number(CLI::App& app, const std::string& word, Number& value, const std::string& help, Allowed allowed) {
   CLI::Option* option = app.add_option(word, value, help);
-  // No range is violated by what is no number.
-  option->check([](const std::string& text) {
+  // CLI11's own check of a range, which is in the help, takes a word that is no number for one beyond the range.
+  option->check([allowed](const std::string& text) {
     double given = 0;
-    return CLI::detail::lexical_cast(text, given) && std::isnan(given) ? text + " is no number" : std::string();
+    if (!CLI::detail::lexical_cast(text, given) || std::isnan(given)) return text + " is no number";
+    if (given < allowed.least || given > allowed.most)
+      return fmt::format("{} is not in range {:g} to {:g}", text, allowed.least, allowed.most);
+    Number whole{};
+    return CLI::detail::lexical_cast(text, whole) ? std::string() : text + " is no whole number";
   });
   if (allowed.least > -std::numeric_limits<double>::infinity() ||
       allowed.most < std::numeric_limits<double>::infinity())

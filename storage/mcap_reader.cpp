@@ -74,10 +74,11 @@ Result<McapReader> McapReader::open(const std::filesystem::path& path) {
   if (!file) return file.error();
   McapReader reader(std::move(*file));
   std::byte magic[kMcapMagic.size()];
-  if (reader.file_.size() < sizeof magic) return reader.truncated(0, "before an MCAP header");
-  if (Status done = reader.file_.read(0, magic); !done) return done.error();
-  if (!std::equal(kMcapMagic.begin(), kMcapMagic.end(), magic))
+  const auto begin = std::span(magic).first(std::min<std::uint64_t>(reader.file_.size(), sizeof magic));
+  if (Status done = reader.file_.read(0, begin); !done) return done.error();
+  if (!std::equal(begin.begin(), begin.end(), kMcapMagic.begin()))
     return reader.damaged(0, "not an MCAP file (its first bytes are not the MCAP magic)");
+  if (begin.size() < sizeof magic) return reader.truncated(0, "before an MCAP header");
   reader.data_crc_ = crc32(0, magic);
   reader.at_ = sizeof magic;
   while (!reader.end_ && !reader.pending_ && reader.chunk_.empty()) reader.pending_ = reader.read_record();

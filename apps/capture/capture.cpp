@@ -168,9 +168,8 @@ runtime::LiveRun::Config queue_limits(double buffer_megabytes) {
 /// Returns what the program says if it is ended before it could finish: what is whole and what is not.
 std::string last_words(const runtime::LiveRun& run, const std::string& recording) {
   return run.is_recording_closed() && run.recording().ok()
-             ? fmt::format(
-                   "ended at once: {0} is whole; cloud.las, view.mcap and summary.json are not: hueline replay {0}",
-                   recording)
+             ? fmt::format("ended at once: {} is whole; cloud.las, view.mcap and summary.json are not: {}", recording,
+                           replay_of(recording))
              : fmt::format(
                    "ended at once: the disk did not take the end of {0}; hueline inspect {0} says how far it is whole",
                    recording);
@@ -357,7 +356,8 @@ void log_findings(const config::Rig& rig) {
 
 int capture(const CaptureOptions& options) {
   if (options.out.empty() == options.drives.empty()) {
-    log_error("give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own");
+    log_error("{}give --out FOLDER for this drive, or --drives FOLDER, in which it gets a folder of its own",
+              options.out.empty() ? "" : "--out and --drives are both given: ");
     return kWrongUse;
   }
   StopSignals signals;  // before any thread

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "apps/exit_code.hpp"
 #include "apps/log.hpp"
 #include "drivers/transport/host_clock.hpp"
@@ -43,6 +45,10 @@ void summarise(const Ending& ending, bool was_in_place, const config::Rig& rig, 
   if (ending.is_cut) summary.on_early_end("ended at once: a replay of drive.mcap makes cloud, view and summary whole");
 }
 
+std::string replay_of(const std::string& recording) {
+  return fmt::format("hueline replay {0} --out {0}", std::filesystem::path(recording).parent_path().string());
+}
+
 int status_of_files(const Ending& ending, const runtime::LiveRun& run, const std::string& recording) {
   if (!ending.recorded.ok()) {
     log_error(ending.recorded.error().message);
@@ -55,14 +61,15 @@ int status_of_files(const Ending& ending, const runtime::LiveRun& run, const std
     return kOutputRefused;
   }
   if (!ending.finished.ok()) {
-    log_error("{}; the raw recording is whole: hueline replay {}", ending.finished.error().message, recording);
+    log_error("{}; the raw recording is whole: {}", ending.finished.error().message, replay_of(recording));
     return kOutputRefused;
   }
   if (!ending.is_cut) return kDone;
-  log_warning(
-      "ended at once: {0} is whole{1}; cloud.las, view.mcap and summary.json end early: hueline replay {0}", recording,
-      run.packets_left_behind() ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
-                                : "");
+  log_warning("ended at once: {} is whole{}; cloud.las, view.mcap and summary.json end early: {}", recording,
+              run.packets_left_behind()
+                  ? fmt::format(" but for {} packets that waited for the disk", run.packets_left_behind())
+                  : "",
+              replay_of(recording));
   return kStopped;
 }
 

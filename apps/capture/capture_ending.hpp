@@ -29,6 +29,9 @@ Status recorded_part(const runtime::LiveRun& run);
 void summarise(const Ending& ending, bool was_in_place, const config::Rig& rig, const runtime::LiveRun& run,
                runtime::Summary& summary);
 
+/// Returns the command that makes cloud, view and summary of a recording whole, in its own folder.
+std::string replay_of(const std::string& recording);
+
 /// Logs the first file that is not whole. Returns the exit status, which is kDone if all files are whole.
 int status_of_files(const Ending& ending, const runtime::LiveRun& run, const std::string& recording);
 

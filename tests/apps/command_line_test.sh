@@ -23,6 +23,11 @@ told 2 "hueline replay: RECORDING is required" replay --out d
 told 2 "hueline capture --help says what may be given" capture
 told 2 "threads.*1 (-|to) 64" replay x --out d --threads 0
 told 2 "from: nan is no number" replay x --out d --from nan
+told 2 "speed: abc is no number" replay x --out d --speed abc
+told 2 "speed: 5000 is not in range 0 to 1000" replay x --out d --speed 5000
+told 2 "threads: 1.5 is no whole number" replay x --out d --threads 1.5
+told 2 "--out and --drives are both given: give --out FOLDER for this drive, or --drives FOLDER" capture street --out d --drives e
+[ ! -e d ] && [ ! -e e ] || fail "a refused capture made a folder"
 told 2 "picture: give --above PNG, --street PNG, --moving WEBP or several of them" picture cloud.las
 told 2 "a.jpg: a picture is written as PNG" picture cloud.las --above a.jpg
 told 2 "one recording is nothing to merge: name two or more" merge a.mcap --rig street --out b.mcap
@@ -149,6 +154,12 @@ told 3 "zero.mcap is empty" inspect zero.mcap
 head -c 3000 drive/drive.mcap >cut.mcap
 told 3 "cut.mcap ends at byte 3000" inspect cut.mcap
 printf 'no format at all\n' >words.txt
+printf 'short\n' >short.txt
+for command in "replay short.txt --out d" "verify short.txt" "cut short.txt --out part.mcap"; do told 3 "short.txt at byte 0: not an MCAP file" $command; done
+told 3 "zero.mcap ends at byte 0 before an MCAP header" verify zero.mcap
+told 3 "short.txt: is no plan of this version: it is not JSON" fleet status short.txt
+cp short.txt short.json
+told 3 "short.json: is no plan of this version" fleet run short.json
 told 3 "words.txt: none of the formats that are known" inspect words.txt
 told 3 "No such file" inspect absent.las
 told 3 "No such file" picture absent.las --above a.png

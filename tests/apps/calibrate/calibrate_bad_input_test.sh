@@ -79,7 +79,7 @@ says "one.csv: cannot be read as an image"
 ends 2 lens $boards --size 14
 says "--size is '14'; allowed: columns x rows"
 ends 2 "$hueline" calibrate lens $boards --size 14x10 --spacing-m 40
-says "spacing-m.*40 not in range"
+says "spacing-m.*40 is not in range"
 ends 3 lens absent --size 14x10
 says "absent: is not there"
 echo "calibrate lens and mount refuse what they should"
