@@ -26,7 +26,7 @@ A first drive, without any hardware:
 An input may be an object of a storage, s3://BUCKET/KEY: AWS_ACCESS_KEY_ID and the like say who asks, AWS_ENDPOINT_URL
 which storage.
 
-The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove)
+The folder of a drive holds drive.mcap (everything as received), cloud.las (coloured points), view.mcap (for Foxglove),
 summary.json, and report.html and report.pdf with the verdict; with the rig's `cloud: {split: tile:100m}` also the
 folder parts with strips or tiles of the cloud.
 

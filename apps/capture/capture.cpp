@@ -483,8 +483,12 @@ void add_capture(Command& all) {
   command.flag("--no-feed", options->has_no_feed, "make no live feed (the socket `feed` in the drive's folder)");
   command.footer(
       "Faults (a pulled cable, a silent device, lost packets) are recorded, and summed up at the end. The other "
-      "devices "
-      "continue.");
+      "devices continue.\n"
+      "Example: hueline capture rig.yaml --drives drives\n"
+      "Exit status: 0, also after Ctrl-C; 3 if a file that the rig reads is damaged; 4 if the recording or a product "
+      "could not be written whole; 5 if no device sent anything or no point could be made; 7 if it was ended at "
+      "once; 8 if the verdict is to drive again.\n"
+      "More: docs/operating.md");
   command.reads(options->rig).writes_into(options->out).writes_into(options->drives);
   command.runs([options] { return capture(*options); });
 }

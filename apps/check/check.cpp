@@ -241,7 +241,10 @@ void add_check(Command& all) {
   command.setting("--seconds", options->seconds, "how long the sensors are listened to", {3.0, 600.0});
   command.flag("--json", options->is_json, "print the findings as JSON");
   command.footer(
-      "Nothing is kept of what the sensors send. The exit status is 0 if the drive may start, and 9 if not.");
+      "Nothing is kept of what the sensors send.\n"
+      "Example: hueline check rig.yaml --disk drives --hours 4\n"
+      "Exit status: 0 if the drive may start; 9 if not.\n"
+      "More: docs/operating.md");
   command.reads(options->rig);
   command.runs([options] { return check(*options); });
 }

@@ -75,8 +75,10 @@ void add_doctor(Command& all) {
   command.flag("--fix", options->fixes, "set what can be set; this needs root");
   command.setting("--root", options->root, "look at the computer whose files are in this folder");
   command.footer(
-      "`hueline check RIG` listens to the sensors and measures the disk; doctor looks at settings alone. The exit "
-      "status is 0 if nothing is left to do, and 9 otherwise.");
+      "`hueline check RIG` listens to the sensors and measures the disk; doctor looks at settings alone.\n"
+      "Example: hueline doctor rig.yaml\n"
+      "Exit status: 0 if nothing is left to set; 4 if a setting was refused; 9 if something is left.\n"
+      "More: docs/operating.md");
   command.reads(options->rig);
   command.runs([options] { return doctor(*options); });
 }

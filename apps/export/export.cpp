@@ -107,7 +107,11 @@ void add_export(Command& all) {
     one->declare(command);
     for (const std::string& option : added_since(before)) data->owners[option] = one->word();
   }
-  command.footer(footer);
+  command.footer(footer +
+                 "\nExample: hueline export drives/today --profile copc --out today.copc.laz\n"
+                 "Exit status: 0; 3 if the cloud or the recording could be read only in part; 5 if there is nothing to "
+                 "export.\n"
+                 "More: docs/formats.md");
   command.runs([data, command] { return data->run(command); });
 }
 

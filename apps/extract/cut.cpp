@@ -103,7 +103,11 @@ void add_cut(Command& all) {
   command.flag("--unpack", options->unpack,
                "store images that the recording packs (pack_images in the rig) as they came, for other programs");
   command.footer(
-      "A replay of the new recording begins with clocks that know nothing: begin 30 s before what you want to see.");
+      "A replay of the new recording begins with clocks that know nothing: begin 30 s before what you want to see.\n"
+      "Example: hueline cut drives/today --from 1770 --to 1830 --out part.mcap\n"
+      "Exit status: 0; 2 if the recording has no such time or sensor; 3 if it could be read only in part; 5 if no "
+      "packet is in that part.\n"
+      "More: docs/operating.md");
   command.runs([options] { return cut(*options, false); });
 }
 
@@ -115,6 +119,11 @@ void add_recover(Command& all) {
       .reads(options->recording);
   command.required("--out", options->out, "the new recording, an .mcap file")
       .writes_recording(options->out, storage::kPartOf);
+  command.footer(
+      "Example: hueline recover drives/today --out whole.mcap\n"
+      "Exit status: 0, also if only the end of the recording is missing; 3 if damaged parts were left out; 5 if no "
+      "packet is whole.\n"
+      "More: docs/operating.md");
   command.runs([options] { return cut(*options, true); });
 }
 

@@ -188,7 +188,11 @@ void add_extract(Command& all) {
       "post-processing. Of a scanner it is a capture file if the name of --out ends in .pcap: its datagrams with the "
       "times of their arrival, for the maker's viewer, Wireshark and other decoders; otherwise their payloads without "
       "borders. Of a Ladybug they are its stream files if the name of --out ends in a number and .pgr, as "
-      "drive-000000.pgr.");
+      "drive-000000.pgr.\n"
+      "Example: hueline extract drives/today --sensor laser --out laser.pcap\n"
+      "Exit status: 0; 2 if the recording has no such sensor, or --out is no file of it; 3 if the recording could be "
+      "read only in part; 5 if the sensor sent nothing.\n"
+      "More: docs/operating.md");
   command.runs([options] { return extract(*options); });
 }
 

@@ -93,6 +93,10 @@ void add_fleet_plan(Command& fleet) {
       "--trajectory-point", wish.trajectory_point,
       "the point of the vehicle whose places it has, if it is not the POS's: right,forward,up of that, in m");
   command.reads(wish.drives).writes(options->out);
+  command.footer(
+      "Example: hueline fleet plan drives/monday drives/tuesday --rig better.yaml --out november.json\n"
+      "Exit status: 0; 2 if two drives have one name; 3 if a recording or another input cannot be read.\n"
+      "More: docs/fleet.md");
   command.runs([options] { return plan_fleet(options->wish, options->out); });
 }
 
@@ -106,6 +110,11 @@ void add_fleet_run(Command& fleet) {
       fleet.command("run", "do the tasks of a plan on this computer; what is done already is not done again");
   command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
   command.setting("--jobs", options->jobs, "number of drives at a time", {1, 256});
+  command.footer(
+      "Example: hueline fleet run november.json --jobs 4\n"
+      "Exit status: 0 if all drives are done; 7 if some are open; otherwise that of the drives that failed, and 1 if "
+      "they failed in different ways.\n"
+      "More: docs/fleet.md");
   command.setting("--threads", options->threads, kThreadsHelp, {1, 64});
   command.reads(options->plan);
   command.runs([options] {
@@ -125,6 +134,10 @@ void add_fleet_task(Command& fleet) {
   Command command = fleet.command("task", "do one task of a plan; this is what a cluster's scheduler calls");
   command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
   command.required("NUMBER", options->number, "number of the task, from 1 on");
+  command.footer(
+      "Example: hueline fleet task november.json 1\n"
+      "Exit status: 0; 2 if the plan has no such task; otherwise that of the replay.\n"
+      "More: docs/fleet.md");
   command.setting("--threads", options->threads, kThreadsHelp, {1, 64});
   command.reads(options->plan);
   command.runs([options] {
@@ -138,6 +151,11 @@ void add_fleet_status(Command& fleet) {
   Command command = fleet.command(
       "status", "say how many drives are done, which have failed and why, and which are open; status 0: all are done");
   command.required("PLAN", *file, "file that `hueline fleet plan` has written");
+  command.footer(
+      "Example: hueline fleet status november.json\n"
+      "Exit status: 0 if all drives are done; 3 if the file is no plan; 7 if some are open; otherwise that of the "
+      "drives that failed, and 1 if they failed in different ways.\n"
+      "More: docs/fleet.md");
   command.reads(*file);
   command.runs([file] {
     return with_plan(*file, [](const FleetPlan& plan) {
@@ -170,6 +188,10 @@ void add_fleet_submit(Command& fleet) {
   command.setting("--at-once", wish.at_once, "Slurm: most tasks that run at the same time; 0: any number", {0, 1e6});
   command.option("--sbatch", wish.further, "a further option for sbatch, such as --sbatch=--account=survey");
   command.flag("--only-write", options->only_write, "write the scripts, and leave it to you to submit them");
+  command.footer(
+      "Example: hueline fleet submit november.json --partition day --memory 8G\n"
+      "Exit status: 0; 1 if the scheduler refuses; 3 if the file is no plan; 4 if the scripts cannot be written.\n"
+      "More: docs/fleet.md");
   command.reads(options->plan);
   command.runs([options] {
     return with_plan(options->plan, [&](const FleetPlan& plan) {
@@ -192,6 +214,10 @@ void add_fleet_upload(Command& fleet) {
   Command command = fleet.command("upload", "put the results of a plan into object storage, as far as they are there");
   command.required("PLAN", options->plan, "file that `hueline fleet plan` has written");
   command.required("ADDRESS", options->address, "s3://BUCKET/KEY, which gets a folder for each drive");
+  command.footer(
+      "Example: hueline fleet upload november.json s3://survey/november\n"
+      "Exit status: 0; 3 if the file is no plan; 4 if the storage refuses; 7 if drives are still open.\n"
+      "More: docs/fleet.md");
   command.reads(options->plan);
   command.runs([options] {
     return with_plan(options->plan, [&](const FleetPlan& plan) { return upload_results(plan, options->address); });
@@ -262,6 +288,10 @@ void add_fleet_catalogue(Command& fleet) {
                    "postgresql://USER@HOST/DATABASE, in which the "
                    "rows of these drives are replaced and those of others stay; its password belongs in ~/.pgpass");
   command.reads(options->named);
+  command.footer(
+      "Example: hueline fleet catalogue november.json --out november.gpkg\n"
+      "Exit status: 0; 3 if a drive could not be read; 4 if the catalogue cannot be written.\n"
+      "More: docs/fleet.md");
   command.runs([options] { return catalogue(options->named, options->out); });
 }
 

@@ -20,6 +20,10 @@ void add_rig(Command& all) {
   Command show = rig.command("show", "draw a rig with its sensors, axes and lever arms");
   show.required("RIG", options->rig, "rig file (YAML), or the name of a rig that comes with the program");
   show.required("--out", options->out, "SVG file to write");
+  show.footer(
+      "Example: hueline rig show street --out street.svg\n"
+      "Exit status: 0; 2 if the rig is wrong.\n"
+      "More: docs/rig.md");
   show.reads(options->rig).writes(options->out);
   show.runs([options] {
     if (!options->out.ends_with(".svg"))
@@ -31,7 +35,13 @@ void add_rig(Command& all) {
     }
     return kDone;
   });
-  rig.command("schema", "print the JSON schema of rig files, with which editors complete and check YAML").runs([] {
+  Command schema =
+      rig.command("schema", "print the JSON schema of rig files, with which editors complete and check YAML");
+  schema.footer(
+      "Example: hueline rig schema\n"
+      "Exit status: 0.\n"
+      "More: docs/rig.md");
+  schema.runs([] {
     std::fputs((config::rig_schema().dump(2) + "\n").c_str(), stdout);
     return kDone;
   });

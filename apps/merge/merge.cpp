@@ -146,7 +146,11 @@ void add_merge(Command& all) {
       "compared, and the times of the others are restated in the clock of the first. Their pulses and messages are not "
       "needed any more then, so of a PPS and a POS that several have, the first one's is kept. If the relation of the "
       "clocks cannot be determined, nothing is written. With --same-clock, recordings that follow each other in time, "
-      "such as the parts of one that was cut, are joined with all their packets. docs/operating.md says more.");
+      "such as the parts of one that was cut, are joined with all their packets.\n"
+      "Example: hueline merge front/drive.mcap rear/drive.mcap --rig vehicle.yaml --out whole.mcap\n"
+      "Exit status: 0; 2 if the recordings do not fit together; 3 if one could be read only in part; 7 if it was "
+      "stopped.\n"
+      "More: docs/operating.md");
   command.runs([options] { return merge(*options); });
 }
 

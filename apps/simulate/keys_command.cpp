@@ -13,6 +13,10 @@ void add_keys(Command& all) {
   Command keys = all.command(kKeys.word, kKeys.help);
   keys.required("FILE", *document, "Markdown, such as docs/rig.md or docs/scenario.md");
   keys.writes(*document);
+  keys.footer(
+      "Example: hueline keys docs/rig.md\n"
+      "Exit status: 0; 2 if the document cannot be read, or a table in it is not ended.\n"
+      "More: docs/rig.md");
   keys.runs([document] {
     const std::string text = config::with_key_tables(config::read_configuration(*document),
                                                      {config::rig_document(), config::scenario_document()});

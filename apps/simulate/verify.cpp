@@ -161,6 +161,10 @@ void add_verify(Command& all) {
   command.setting("--method", options->method, "without RECORDING: lens or panorama", {"lens", "panorama"});
   command.option("--max-rms-px", options->max_rms_px, "exit status 6 if the root mean square is larger");
   command.flag("--json", options->json, "print JSON, for programs");
+  command.footer(
+      "Example: hueline verify out/drive --scenario config/scenarios/street.yaml --sim out/sim\n"
+      "Exit status: 0; 3 if an input cannot be read; 5 if no point could be judged; 6 if --max-rms-px is exceeded.\n"
+      "More: docs/accuracy.md");
   command.runs([options] { return verify(*options); });
 }
 

@@ -41,15 +41,20 @@ for command in "" capture replay simulate verify score colour "calibrate lens" "
   [ "$(wc -l <said.txt)" -gt 5 ] || fail "no help for '$command'"
 done
 
-# The help of a command ends with an example of it, whose words it knows: the mistake that is left is a file that is not there.
-for command in replay inspect decode import simulate score colour "calibrate lens" "calibrate mount" measure panorama picture; do
-  ends 0 "$hueline" $command --help
-  example=$(sed -n "s/^Example: hueline //p" said.txt)
-  [[ $example == "$command "* ]] || fail "no example of '$command'"
-  grep -q "^Exit status: 0" said.txt && grep -qE "^More: docs/[a-z]+.md" said.txt || fail "no status or document of '$command'"
-  [[ $command == simulate || $command == score ]] && continue  # which need no file, and work for long
-  timeout 60 "$hueline" $example >said.txt 2>&1 && fail "an example without its files succeeded: $example"
-  never_says "unknown option|is required|may be given|unknown command"
+# The help of every command ends with an example of it, whose options it has: --help behind an example is refused otherwise. Where the
+# words name files, the mistake that is left without --help is a file that is not there.
+for command in $("$hueline" --complete ""); do
+  below=$("$hueline" --complete "$command" "" | sed "s/^/$command /")
+  while read -r one; do
+    ends 0 "$hueline" $one --help
+    example=$(sed -n "s/^Example: hueline //p" said.txt)
+    [[ "$example " == "$one "* ]] || fail "no example of '$one'"
+    grep -qE "^Exit status: 0[;, .]|^Exit status: 0 if" said.txt && grep -qE "^More: docs/[a-z_]+.md" said.txt || fail "no status or document of '$one'"
+    ends 0 "$hueline" $example --help
+    case $one in capture | check | doctor | simulate | score | "rig show" | "rig schema" | "calibrate targets-example") continue ;; esac  # which need no file, and work for long
+    timeout 60 "$hueline" $example >said.txt 2>&1 && fail "an example without its files succeeded: $example"
+    never_says "unknown option|is required|may be given|unknown command"
+  done <<<"${below:-$command}"
 done
 
 # Rigs: the status is 2, the message names the wrong key, and it does not speak of scenarios.
