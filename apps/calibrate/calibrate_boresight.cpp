@@ -203,7 +203,10 @@ void add_calibrate_boresight(Command& calibrate_command) {
   command.footer(
       "Drive slowly along a street with buildings, a minute in each direction, with a U-turn. A value that the\n"
       "drive does not determine (most often the lever arm's height) stays as measured, and the output says so.\n"
-      "docs/calibration.md");
+      "Example: hueline calibrate boresight --recording drives/today --out boresight\n"
+      "Exit status: 0; 3 if the recording could be read only in part, or does not determine the mounting; 5 if no "
+      "return could be placed.\n"
+      "More: docs/calibration.md");
   command.writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }

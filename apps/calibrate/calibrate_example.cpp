@@ -95,6 +95,10 @@ void add_calibrate_example(Command& calibrate) {
                   {5, 100});
   command.setting("--seed", o->seed, "seed of ground, places and noise", {0, 1e9});
   command.setting("--threads", o->threads, "number of threads that cast beams", {1, 256});
+  command.footer(
+      "Example: hueline calibrate targets-example --out example --stations 3 --points 1e6\n"
+      "Exit status: 0; 4 if the scans cannot be written.\n"
+      "More: docs/calibration.md");
   command.writes_into(o->out);
   command.runs([o] { return example(*o); });
 }

@@ -288,6 +288,10 @@ void add_calibrate_targets(Command& calibrate) {
   command.option("--date", o->date, "date of the calibration, YYYY-MM-DD; default: today");
   command.flag("--scale", o->scale, "estimate the scale as well");
   command.flag("--time-reading", o->time_reading, "print how long reading each file alone takes");
+  command.footer(
+      "Example: hueline calibrate targets --targets targets.csv --stations stations.csv --out oriented\n"
+      "Exit status: 0; 3 if an input cannot be read; 5 if a scan cannot be oriented.\n"
+      "More: docs/calibration.md");
   command.reads(o->targets).reads(o->stations).writes_into(o->out);
   command.runs([o] { return calibrate_targets(*o); });
 }
