@@ -65,8 +65,10 @@ class JournalMerge : public testing::Test {
     config.chunk_bytes = 4096;
     auto writer = storage::JournalWriter::create(folder_ / name, header, config);
     ASSERT_TRUE(writer.ok()) << writer.error().message;
-    for (const Packet& packet : packets)
-      if (!is_lost || !is_lost(packet)) ASSERT_TRUE(writer->append(packet, nanoseconds(0)).ok());
+    for (const Packet& packet : packets) {
+      if (is_lost && is_lost(packet)) continue;
+      ASSERT_TRUE(writer->append(packet, nanoseconds(0)).ok());
+    }
     ASSERT_TRUE(writer->close().ok());
   }
 
@@ -119,10 +121,12 @@ TEST_F(JournalMerge, PacketsComeInTheOrderOfTheirTimes) {
   EXPECT_THAT(counts, ElementsAre(0u, 480u, 500u, 336u)) << "ticks are the first one's, pos too";
   EXPECT_EQ(std::ranges::count(packets, PacketKind::Tick, &Packet::kind), 20);
   // Two packets at the same time: the first recording's comes first.
-  for (std::size_t i = 1; i < packets.size(); ++i)
+  for (std::size_t i = 1; i < packets.size(); ++i) {
     if (packets[i].received == packets[i - 1].received && packets[i].kind == PacketKind::Wire &&
-        packets[i - 1].kind == PacketKind::Wire)
+        packets[i - 1].kind == PacketKind::Wire) {
       EXPECT_LT(packets[i - 1].sensor, packets[i].sensor);
+    }
+  }
   const LedgerCheck verified = check();
   EXPECT_EQ(verified.contradictions(), 0u);
   EXPECT_EQ(verified.missing() + verified.gaps_behind_the_last(), 0u);
