@@ -50,7 +50,8 @@ DriveControl::DriveControl(boost::asio::io_context& io, Places places)
               {"at", nullptr},
               {"ready", nullptr},
               {"items", ordered_json::array()},
-              {"error", ""}}) {}
+              {"error", ""},
+              {"exit_status", nullptr}}) {}
 
 void DriveControl::start() {
   find_feed();
@@ -203,6 +204,7 @@ void DriveControl::watch_programs() {
         for (const char* part : {"items", "lenses", "checklist"})
           check_[part] = found.value(part, ordered_json::array());
       } else {
+        check_["exit_status"] = *status;
         check_["error"] = fmt::format("the check ended with status {}: {}", *status, programs_.check_said());
       }
     }
@@ -289,7 +291,8 @@ Status DriveControl::check(const std::string& rig, double seconds) {
             {"items", ordered_json::array()},
             {"lenses", ordered_json::array()},
             {"checklist", ordered_json::array()},
-            {"error", ""}};
+            {"error", ""},
+            {"exit_status", nullptr}};
   changed();
   return {};
 }

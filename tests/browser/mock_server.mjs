@@ -56,8 +56,9 @@ function png(px, rows) {
 
 export class Mock {
   state = { state: "idle", drive: null, rig: null, since: null, allow_simulate: true, scenarios: ["short", "street"], last: null, feed: "none", ended: false, acknowledged: [], sound_trouble: "" };
-  check = { state: "none", rig: null, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
+  check = { state: "none", rig: null, at: null, ready: null, items: [], lenses: [], checklist: [], error: "", exit_status: null };
   check_ms = 700; // how long it takes
+  checkError = null; // error and exit_status of a check that cannot be done
   /// What a check will answer.
   checklist = [];
   checkLenses = ["front", "left"].map((lens) => ({ camera: "camera", lens, median: 91, dark_share: 0.031, saturated_share: 0.004,
@@ -376,10 +377,14 @@ export class Mock {
       case "GET check": return say(200, this.check);
       case "POST check":
         if (this.check.state === "running" || this.state.state !== "idle") return deny(409, "the console is checking: wait, or stop the drive");
-        this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "" };
+        this.check = { state: "running", rig: body.rig, at: null, ready: null, items: [], lenses: [], checklist: [], error: "", exit_status: null };
         setTimeout(() => {
+          if (this.checkError) {
+            this.check = { ...this.check, state: "failed", ...this.checkError };
+            return;
+          }
           const items = structuredClone(this.checkItems);
-          this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, lenses: this.checkLenses, checklist: this.checklist, error: "" };
+          this.check = { state: "done", rig: body.rig, at: new Date().toISOString(), ready: !items.some((one) => one.state === "missing"), items, lenses: this.checkLenses, checklist: this.checklist, error: "", exit_status: null };
         }, this.check_ms);
         return say(202, { state: "checking" });
       case "POST start":

@@ -130,6 +130,43 @@ test("what is missing is named with what to do, and starting anyway needs a reas
   assert.deepEqual(posts("start")[0].body, { rig: "street", override: "test of the scanner only" });
 });
 
+test("a check that cannot be done is told in the operator's words, with the program's behind them", async () => {
+  mock.checkError = { error: "the check ended with status 2: hueline: rigs/street.yaml:7: key 'sensors' is missing", exit_status: 2 };
+  await open();
+  await see("The rig street cannot be used: its file is wrong.");
+  assert.ok(!(await page.getByText("key 'sensors' is missing").isVisible()));
+  await page.getByText("What the program said").click();
+  await see("key 'sensors' is missing");
+  await page.waitForSelector(".answer.unknown");
+  mock.checkError = { error: "the check ended with status 1: hueline: no memory", exit_status: 1 };
+  await page.getByRole("button", { name: "Check again" }).click();
+  await see("The check could not be done");
+});
+
+test("a page without a drive says so, and how to start one", async () => {
+  await open("start");
+  for (const view of ["drive", "cloud", "images", "map", "clocks", "events", "marks"]) {
+    await page.goto(`${url}/#${view}`);
+    await see("No drive is running. Start one on the page Start, or replay one on the page Drives.");
+  }
+});
+
+test("the answer to whether a drive may start stands in one line", async () => {
+  mock.check_ms = 20000;
+  await open("start");
+  await page.waitForSelector(".answer.checking");
+  for (const width of [1920, 1366, 1280, 1024, 390]) {
+    await page.setViewportSize({ width, height: 768 });
+    const { lines, wide } = await page.evaluate(() => {
+      const lamp = document.querySelector(".answer .lamp"), range = document.createRange();
+      range.selectNodeContents(lamp.lastElementChild);
+      return { lines: range.getClientRects().length, wide: lamp.scrollWidth - lamp.clientWidth };
+    });
+    assert.equal(lines, 1, `at ${width} px`);
+    assert.ok(wide <= 0, `at ${width} px it is ${wide} px wider than its place`);
+  }
+});
+
 test("the rig's checklist is ticked by hand before it says ready", async () => {
   mock.checklist = ["The caps of the lenses are off.", "镜头已擦净。"];
   await open();

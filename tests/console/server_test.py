@@ -358,6 +358,17 @@ try:
     deep.op(op="dance")
     deep.until(lambda: any(m["op"] == "status" for m in deep.ops))
 
+    # A rig that is wrong: the page says so by the exit status.
+    open(work + "/rigs/wrong.yaml", "w").write("rig: wrong\nsensors: none\n")
+    assert server.ask("GET", "/api/check")[1]["exit_status"] is None
+    assert server.ask("POST", "/api/check", {"rig": "wrong"})[0] == 202
+    for _ in range(100):
+        found = server.ask("GET", "/api/check")[1]
+        if found["state"] != "running":
+            break
+        time.sleep(0.1)
+    assert found["state"] == "failed" and found["exit_status"] == 2 and "wrong.yaml" in found["error"], found
+
     # A drive of emulated devices.
     status, data = server.ask("POST", "/api/start", {"rig": "street", "simulate": "short", "name": "first", "override": "no time"})
     assert status == 202 and data["drive"] == "first", data

@@ -151,7 +151,9 @@ export interface Check {
   lenses: LensLight[];
   /// What people have to look at before a drive, in the rig's words.
   checklist: string[];
+  /// What the program said if there was no check, and its exit status.
   error: string;
+  exit_status: number | null;
 }
 
 export interface Drive {

@@ -1,6 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import { clockSamples, clockVersion, status, type ClockSample } from "../state/live";
+import { clockSamples, clockVersion, isDriving, status, type ClockSample } from "../state/live";
 import { theme } from "../state/settings";
 import { formatDriveTime, formatTime, known, t } from "../words/words";
 
@@ -76,7 +76,7 @@ export function ClocksView() {
   void clockVersion.value;
   const now = status.value?.clocks ?? [];
   const isTold = [...clockSamples.values()].some((samples) => samples.some((one) => one.residual_s !== null));
-  if (clockSamples.size === 0) return <p class="empty">{t("clocks.none")}</p>;
+  if (clockSamples.size === 0) return <p class="empty">{t(isDriving.value ? "clocks.none" : "drive.none")}</p>;
   return (
     <div class="clocks-view">
       <p class="figures">

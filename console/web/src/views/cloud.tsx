@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { CloudScene } from "../cloud/scene";
 import type { Mode } from "../cloud/shader";
 import { readPoints, type ExtraField, type PointCloudMessage } from "../link/point_message";
-import { feed, problems, run } from "../state/live";
+import { feed, isDriving, problems, run } from "../state/live";
 import { theme } from "../state/settings";
 import { formatCount, t } from "../words/words";
 
@@ -118,7 +118,7 @@ export function CloudView() {
       <div ref={host} class="canvas" role="img" aria-label={t("cloud.label")} />
       <Controls />
       <p class="legend" role="status">
-        {wrong || (count === 0 ? t("cloud.waiting") : t(isFull ? "cloud.count_oldest" : "cloud.count", { count: formatCount(count) }))}
+        {wrong || (count === 0 ? t(isDriving.value ? "cloud.waiting" : "drive.none") : t(isFull ? "cloud.count_oldest" : "cloud.count", { count: formatCount(count) }))}
         {withScale.has(mode.value) && (
           <span class="scale">
             {t(mode.value === "quality" ? "cloud.high" : "cloud.low")} <i aria-hidden="true" /> {t(mode.value === "quality" ? "cloud.low" : "cloud.high")}

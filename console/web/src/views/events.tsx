@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import { whoseName } from "../parts/alarms";
 import { Lamp, type LampLevel } from "../parts/lamp";
 import type { DriveEvent } from "../link/messages";
-import { events, problems } from "../state/live";
+import { events, isDriving, problems } from "../state/live";
 import { formatDriveTime, known, t } from "../words/words";
 
 const levels = ["alarm", "warning", "waiting", "ok", "info"] as const;
@@ -40,7 +40,7 @@ export function EventsView() {
           <input type="search" value={search.value} onInput={(event) => (search.value = event.currentTarget.value)} />
         </label>
       </div>
-      <p role="status">{all.length === 0 ? t("events.none") : shown.length === 0 ? t("events.none_fit") : t("events.count", { shown: Math.min(shown.length, kMostRows), count: all.length })}</p>
+      <p role="status">{all.length === 0 ? t(isDriving.value ? "events.none" : "drive.none") : shown.length === 0 ? t("events.none_fit") : t("events.count", { shown: Math.min(shown.length, kMostRows), count: all.length })}</p>
       <ul class="events">
         {shown.slice(0, kMostRows).map((one, i) => (
           <li key={all.length - i} class={`item ${one.level}`}>

@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { compose, Frames, inverse, rigid } from "../images/frames";
 import { drawSeen, overlay, type LensModel, type Seen } from "../images/project";
 import { readPoints, type PointCloudMessage } from "../link/point_message";
-import { feed, now } from "../state/live";
+import { feed, isDriving, now } from "../state/live";
 import { formatAge, t } from "../words/words";
 
 interface Timestamp {
@@ -136,7 +136,7 @@ export function ImagesView() {
   const [large, setLarge] = useState<string | null>(null);
   useEffect(watch, []);
   const list = [...images.value].sort(([a], [b]) => a.localeCompare(b));
-  if (list.length === 0) return <p class="empty">{t("images.none")}</p>;
+  if (list.length === 0) return <p class="empty">{t(isDriving.value ? "images.none" : "drive.none")}</p>;
   return (
     <>
       <p>

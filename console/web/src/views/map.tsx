@@ -5,7 +5,7 @@ import { LocalPlane } from "../map/earth";
 import { TileLayer, type TileSet } from "../map/tiles";
 import { get } from "../link/rest";
 import type { Mark } from "../link/messages";
-import { mapOrigin, seconds, secondsVersion, status } from "../state/live";
+import { isDriving, mapOrigin, seconds, secondsVersion, status } from "../state/live";
 import { background, theme } from "../state/settings";
 import { formatLength, t } from "../words/words";
 
@@ -125,7 +125,7 @@ export function MapView() {
         onPointerCancel={(event) => fingers.current.delete(event.pointerId)}
       >
         <canvas ref={canvas} role="img" aria-label={t("map.label")} />
-        {seconds.length === 0 && <p class="empty">{t("map.none")}</p>}
+        {seconds.length === 0 && <p class="empty">{t(isDriving.value ? "map.none" : "drive.none")}</p>}
       </div>
       <div class="controls">
         <button type="button" aria-pressed={how.value === "whole"} onClick={() => (how.value = "whole")}>{t("map.fit")}</button>

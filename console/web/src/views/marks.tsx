@@ -1,10 +1,10 @@
-import { status } from "../state/live";
+import { isDriving, status } from "../state/live";
 import { formatClock, formatDriveTime, formatNumber, t } from "../words/words";
 
 /// The marks that the operator has set in this drive, the newest first.
 export function MarksView() {
   const marks = status.value?.marks ?? [];
-  if (marks.length === 0) return <p class="empty">{t("marks.none")}</p>;
+  if (marks.length === 0) return <p class="empty">{t(isDriving.value ? "marks.none" : "drive.none")}</p>;
   return (
     <table>
       <caption>{t("marks.title")}</caption>

@@ -89,13 +89,28 @@ function Answer() {
   );
 }
 
+const kWrongUse = 2; // the exit status of the program if a rig is wrong
+
+/// Why there was no check, in the operator's words, with those of the program below.
+function Failure({ check }: { check: Check }) {
+  return (
+    <div class="failed">
+      <p class="wrong" role="alert">{check.exit_status === kWrongUse ? t("start.wrong_rig", { rig: check.rig ?? "" }) : t("start.check_failed")}</p>
+      <details>
+        <summary>{t("start.program_said")}</summary>
+        <pre lang="en">{check.error}</pre>
+      </details>
+    </div>
+  );
+}
+
 function Items() {
   const items = check.value?.items ?? [];
   const of = (state: CheckItem["state"]): CheckItem[] => items.filter((one) => one.state === state);
   const missing = of("missing"), remarks = of("remark"), passed = of("ok");
   return (
     <div class="items">
-      {check.value?.error && <p class="wrong" role="alert" lang="en">{check.value.error}</p>}
+      {check.value?.error && <Failure check={check.value} />}
       {missing.length > 0 && <h2>{t("start.missing", { count: missing.length })}</h2>}
       <ul>{missing.map((one, i) => <Item key={i} item={one} />)}</ul>
       {remarks.length > 0 && <h2>{t("start.remarks", { count: remarks.length })}</h2>}

@@ -80,7 +80,7 @@ export const catalogue = {
   "start.checklist": ["Checklist: look at each, then tick it", "检查表：逐项检查并勾选"],
   "start.light": ["Test exposure: pixels from dark to bright", "测试曝光：像素由暗到亮"],
   "start.light_of": ["median {median} of 255, {dark} % dark, {saturated} % saturated", "中位值 {median}/255，{dark}% 过暗，{saturated}% 饱和"],
-  "start.checking": ["CHECKING …", "正在检查 …"],
+  "start.checking": ["CHECKING\u00a0…", "正在检查\u00a0…"],
   "start.unknown": ["NOT CHECKED", "未检查"],
   "start.running": ["A DRIVE IS RUNNING", "正在采集"],
   "start.missing": ["Missing: {count}", "{count} 项缺失"],
@@ -99,6 +99,9 @@ export const catalogue = {
   "start.go_anyway": ["Start anyway", "仍然开始"],
   "start.starting": ["Starting …", "正在启动 …"],
   "start.no_rigs": ["The server knows no rig. Put a rig file into the folder of the drives, or start hueline-console from its own folder.", "服务器没有找到设备配置。请将配置文件放入任务文件夹，或从程序所在文件夹启动 hueline-console。"],
+  "start.wrong_rig": ["The rig {rig} cannot be used: its file is wrong. Choose another rig, or show the words below to whoever wrote the file.", "设备配置 {rig} 无法使用：配置文件有错误。请选择其他配置，或将以下内容转给配置文件的编写者。"],
+  "start.check_failed": ["The check could not be done, so nothing is known of the sensors. Check again; if it fails again, the words below say why.", "检查未能完成，传感器状态未知。请重新检查；若再次失败，原因见以下内容。"],
+  "start.program_said": ["What the program said", "程序输出"],
   "start.last_failed": ["The last start ended with status {status}", "上次启动以状态 {status} 结束"],
   "check.ok": ["passed", "通过"],
   "check.remark": ["remark", "提示"],
@@ -106,7 +109,7 @@ export const catalogue = {
   "check.simulated": ["Simulated sensors send only after the start, so only the rig and the computer can be checked before it.", "模拟传感器在启动后才发送数据，启动前只能检查配置和计算机。"],
 
   // drive
-  "drive.none": ["No drive is running. Start one on the page Start.", "当前没有采集任务。请在“开始”页面启动。"],
+  "drive.none": ["No drive is running. Start one on the page Start, or replay one on the page Drives.", "当前没有采集任务。请在“开始”页面启动，或在“历史”页面回放。"],
   "drive.sensors": ["Sensors", "传感器"],
   "drive.sensor": ["Sensor", "传感器"],
   "drive.state": ["State", "状态"],
