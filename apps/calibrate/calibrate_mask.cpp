@@ -171,7 +171,11 @@ void add_calibrate_mask(Command& calibrate_command) {
       "folder for masks_LENS.yaml, which replaces the key masks of that lens in the rig, and masks_LENS.png");
   command.footer(
       "What stays the same in an image while the world moves is the vehicle. Drive a minute or more through a street\n"
-      "with markings, shadows and verges. The masks of the rig are not used. docs/calibration.md");
+      "with markings, shadows and verges. The masks of the rig are not used. The drive is read three times.\n"
+      "Example: hueline calibrate mask --recording drives/today --out masks\n"
+      "Exit status: 0; 3 if the recording could be read only in part, or a lens is not determined; 4 if a file cannot "
+      "be\nwritten; 5 if no lens is determined.\n"
+      "More: docs/calibration.md");
   command.writes_into(options->out);
   command.runs([options] { return calibrate(*options); });
 }
