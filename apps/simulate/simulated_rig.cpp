@@ -12,10 +12,10 @@
 namespace hueline::apps {
 namespace {
 
-// A mask extends a little beyond the pixels of the vehicle and never less. The simplification of its corners stays
-// within the margin.
-constexpr int kMaskMargin_px = 3;
-constexpr double kMaskTolerance_px = 1.5;
+// A mask extends a little beyond the pixels of the vehicle and never less: what a sample reads around its place, the
+// colouring adds by itself. The simplification of its corners stays within the margin.
+constexpr int kMaskMargin_px = 1;
+constexpr double kMaskTolerance_px = 0.5;
 
 std::string numbers(const double* values, std::size_t count) {
   std::string out;
