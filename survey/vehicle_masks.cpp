@@ -9,6 +9,8 @@ namespace {
 constexpr double kMoved_m = 1.0;  // nearer views show the same place
 // A walking vehicle drives over the road in front of its scanner within this time.
 constexpr nanoseconds kReach = std::chrono::seconds(4);
+// So many points are fine enough to hide each other with small discs, and large ones hide the far road.
+constexpr double kDisc_deg = 0.15;
 
 }  // namespace
 
@@ -43,7 +45,8 @@ fusion::RigGeometry rig_of_pass(fusion::RigGeometry rig, const MaskPass& pass,
 
 VehicleMasks::VehicleMasks(const fusion::Colouring::Config& colouring, const fusion::RigGeometry& rig, int threads)
     : taken_at_(rig.head.lenses.size()),
-      views_(colouring, rig, {.every = 2, .reach = kReach, .threads = threads, .every_lens = true},
+      views_(colouring, rig,
+             {.every = 2, .reach = kReach, .disc_deg = kDisc_deg, .threads = threads, .every_lens = true},
              [this](const PredictedView& view) { take(view); }) {
   for (const fusion::LensMount& lens : rig.head.lenses)
     masks_.emplace_back(static_cast<int>(lens.intrinsics.width), static_cast<int>(lens.intrinsics.height));
