@@ -134,6 +134,12 @@ constexpr std::array kMetrics = {
            "share that was coloured of those sampled true returns that the exposure nearest in time cannot see, below "
            "all lenses or behind the own vehicle",
            Better::Higher, 0, 0.005, 0, false},
+    Metric{"hole_coloured_share_bound", "1",
+           "what a perfect test of visibility would reach: of the same returns, the share that a lens truly saw in one "
+           "of the exposures that the colouring may use",
+           Better::Informative, 0, 0, 0, false},
+    Metric{"hole_visible_coloured_share", "1", "share that was coloured of those of them that a lens truly saw there",
+           Better::Higher, 0, 0.005, 0, false},
     Metric{"hole_de00_ratio", "1",
            "median colour difference of sampled points in the hole divided by that of sampled points outside it",
            Better::Lower, 0, 0.1, 0.05, false},

@@ -24,7 +24,11 @@ std::string kind_of(std::string surface) {
 void SightFigures::add(const Observation& o) {
   ++returns_;
   if (!o.has_exposure) return;
-  if (o.is_in_hole) hole_coloured_.add(o.given.has_value());
+  if (o.is_in_hole) {
+    hole_coloured_.add(o.given.has_value());
+    hole_bound_.add(o.is_seen_by_candidate);
+    if (o.is_seen_by_candidate) hole_visible_.add(o.given.has_value());
+  }
   coloured_bound_.add(o.is_seen_by_candidate);
   if (o.is_in_candidate) wrong_bound_.add(!o.is_seen_by_candidate);
   if (o.is_visible) {
@@ -90,6 +94,8 @@ void SightFigures::report(ScenarioScore& score) const {
   }
   f["wrong_surface_edge_share"] = at_edges.figure("no sampled coloured point is near an outline");
   f["hole_coloured_share"] = hole_coloured_.figure("no sampled return lies in the hole");
+  f["hole_coloured_share_bound"] = hole_bound_.figure("no sampled return lies in the hole");
+  f["hole_visible_coloured_share"] = hole_visible_.figure("no candidate saw a sampled return in the hole");
   f["moving_contaminated_share"] =
       moving_seen_ ? contaminated_.figure(kNone) : Figure{{}, "neither laser nor camera met anything that moves"};
   const auto median = [](const sim::Spread& s, const char* none) {

@@ -43,7 +43,7 @@ class SightFigures {
 
   const std::vector<std::string>& surfaces_;
   Share coloured_bound_, visible_coloured_bound_, wrong_bound_;
-  Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, contaminated_;
+  Share visible_coloured_, wrong_, wrong_occluded_, hole_coloured_, hole_bound_, hole_visible_, contaminated_;
   std::array<Share, kRings> wrong_by_ring_;
   std::map<std::string, Share> wrong_by_kind_;  // by the kind of surface
   sim::Spread edge_, smooth_, hole_, outside_hole_, wrong_colour_;

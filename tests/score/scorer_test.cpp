@@ -170,6 +170,9 @@ TEST_F(ScorerTest, PerfectClaimsHaveNoError) {
   EXPECT_EQ(value(score, "visible_coloured_share_bound"), 1) << "every exposure was there";
   EXPECT_NEAR(value(score, "coloured_share_bound"), value(score, "coloured_share"), 0.01)
       << "who colours what was seen reaches the bound; the sample against all points";
+  EXPECT_EQ(value(score, "hole_visible_coloured_share"), 1);
+  EXPECT_EQ(value(score, "hole_coloured_share"), value(score, "hole_coloured_share_bound"));
+  EXPECT_LT(value(score, "hole_coloured_share_bound"), 1) << "the vehicle hides places that no other exposure sees";
   EXPECT_GT(value(score, "wrong_surface_share_bound"), 0) << "something is in an image and hidden in all";
   EXPECT_LT(value(score, "wrong_surface_share_bound"), 1 - value(score, "coloured_share_bound") + 0.01);
   EXPECT_LT(value(score, "flicker_de00_p90"), 1e-5);
