@@ -11,8 +11,9 @@ namespace hueline::config {
 
 std::string configuration_named(const std::string& name, const std::string& kind) {
   std::error_code ignored;
-  if (name.empty() || name.find_first_of("./") != std::string::npos || std::filesystem::exists(name, ignored))
-    return name;
+  const auto found = std::filesystem::status(name, ignored);
+  const bool is_file = std::filesystem::exists(found) && !std::filesystem::is_directory(found);
+  if (name.empty() || name.find_first_of("./") != std::string::npos || is_file) return name;
   std::vector<std::string> words;
   for (const ShippedFile& file : shipped_files()) {
     const std::filesystem::path path(file.path);

@@ -19,8 +19,8 @@ constexpr std::string_view kShipped = "shipped:/";
 
 /// Returns the path of the configuration that a user means. A word without '.' and '/' names a configuration of this
 /// program of the given `kind` ("rigs", "scenarios", "sheets"), and its path behind kShipped is returned. Anything else
-/// is a path, and so is a word that is the name of an existing file. Throws ConfigError, with the available names, for
-/// a word that is neither.
+/// is a path, and so is a word that is the name of an existing file (a folder of that name, as results have, is none).
+/// Throws ConfigError, with the available names, for a word that is neither.
 std::string configuration_named(const std::string& name, const std::string& kind);
 
 }  // namespace hueline::config

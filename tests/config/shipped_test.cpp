@@ -71,6 +71,8 @@ TEST(Shipped, GivesWayToAUsersFile) {
   test::write_file(folder / "quick", "scenarios: [mine.yaml]\n");
   EXPECT_EQ(load_sheet("quick").scenarios.at(0), "mine.yaml");
   EXPECT_EQ(load_sheet("./quick").scenarios.at(0), "mine.yaml");
+  std::filesystem::create_directory("street");  // of results
+  EXPECT_NO_THROW(load_scenario("street"));
   std::filesystem::current_path(before);
   try {
     load_sheet("qick");
