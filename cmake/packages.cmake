@@ -81,7 +81,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libhueline-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 # What hueline-config.cmake asks for.
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "cmake, libaravis-dev, libdeflate-dev, libeigen3-dev, libfmt-dev, libhwy-dev, libjpeg62-turbo-dev, liblz4-dev, libpng-dev, libproj-dev, libprotobuf-dev, libturbojpeg0-dev, libusb-1.0-0-dev, libwebp-dev, libyaml-cpp-dev, libzstd-dev, nlohmann-json3-dev, pkg-config, protobuf-compiler")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "cmake, libaravis-dev, libdeflate-dev, libeigen3-dev, libfmt-dev, libhwy-dev, libjpeg62-turbo-dev, liblz4-dev, libpng-dev, libproj-dev, libprotobuf-dev, libpugixml-dev, libturbojpeg0-dev, libusb-1.0-0-dev, libwebp-dev, libyaml-cpp-dev, libzstd-dev, nlohmann-json3-dev, pkg-config, protobuf-compiler")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "hueline-doc, libembree-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "mobile mapping: libraries and headers of hueline
 Static libraries, headers and a CMake package, for programs that read

@@ -3,124 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
-#include "core/number_word.hpp"
 #include "core/portable_math.hpp"
-#include "storage/xml_element.hpp"
 
 namespace hueline::storage {
 namespace {
 
 constexpr std::uint64_t kMostDescription = 256u << 20;
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
-}
-
-/// Returns a number of the description: where the standard leaves it out it is `otherwise`. Nothing if it is none.
-template <class T>
-std::optional<T> number_in(std::string_view text, T otherwise) {
-  text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  return text.empty() ? std::optional(otherwise) : parse_number<T>(text);
-}
-
-std::string_view child_text(const XmlElement& parent, std::string_view child) {
-  const XmlElement* found = parent.child(child);
-  return found ? trimmed(found->text) : std::string_view();
-}
-
-/// Returns the number in a child; 0 if it is missing or no number.
-double number_of(const XmlElement* parent, std::string_view child, double otherwise = 0) {
-  return parent ? number_in<double>(child_text(*parent, child), otherwise).value_or(otherwise) : otherwise;
-}
-
-/// Reads the type of a field. Error: Malformed, Unsupported, with what is wrong.
-Result<E57Column> column_from(const XmlElement& field) {
-  E57Column out;
-  out.name = field.name;
-  const std::string_view type = field.attribute("type");
-  const auto wrong = [&](const char* what) {
-    return Error{ErrorCode::Malformed, fmt::format("its field {} has {}", field.name, what)};
-  };
-  if (type == "Float") {
-    const bool is_single = field.attribute("precision") == "single";
-    out.kind = is_single ? E57Column::Kind::Float32 : E57Column::Kind::Float64;
-    out.bits = is_single ? 32 : 64;
-    return out;
-  }
-  if (type != "Integer" && type != "ScaledInteger")
-    return Error{ErrorCode::Unsupported, fmt::format("its field {} is of type {}; numbers are read", field.name, type)};
-  using Limits = std::numeric_limits<std::int64_t>;
-  const auto minimum = number_in<std::int64_t>(field.attribute("minimum"), Limits::min());
-  const auto maximum = number_in<std::int64_t>(field.attribute("maximum"), Limits::max());
-  if (!minimum || !maximum || *minimum > *maximum) return wrong("no least and largest integer");
-  out.kind = E57Column::Kind::Integer;
-  out.minimum = *minimum;
-  out.maximum = *maximum;
-  out.bits = static_cast<unsigned>(
-      std::bit_width(static_cast<std::uint64_t>(*maximum) - static_cast<std::uint64_t>(*minimum)));
-  if (type == "Integer") return out;
-  const auto scale = number_in<double>(field.attribute("scale"), 1);
-  const auto offset = number_in<double>(field.attribute("offset"), 0);
-  if (!scale || !offset) return wrong("no scale and offset");
-  out.scale = *scale;
-  out.offset = *offset;
-  return out;
-}
-
-Transform<E57World, Scanner> pose_from(const XmlElement* pose) {
-  Transform<E57World, Scanner> out;
-  if (!pose) return out;
-  const XmlElement* place = pose->child("translation");
-  out.translation = {number_of(place, "x"), number_of(place, "y"), number_of(place, "z")};
-  if (const XmlElement* turn = pose->child("rotation")) {
-    const Eigen::Quaterniond q(number_of(turn, "w"), number_of(turn, "x"), number_of(turn, "y"), number_of(turn, "z"));
-    if (q.norm() > 0) out.rotation = q.normalized();
-  }
-  return out;
-}
-
-/// Reads what the description says of a scan.
-Result<E57Scan> scan_from(const XmlElement& data) {
-  E57Scan out;
-  out.name = child_text(data, "name");
-  for (const char* part : {"sensorVendor", "sensorModel", "sensorSerialNumber"})
-    if (const std::string_view word = child_text(data, part); !word.empty())
-      out.sensor += (out.sensor.empty() ? "" : " ") + std::string(word);
-  out.T_world_scanner = pose_from(data.child("pose"));
-  if (const XmlElement* start = data.child("acquisitionStart")) {
-    constexpr double kMostSeconds = 9e9;  // what nanoseconds of 64 bits hold
-    const double gps_s = number_of(start, "dateTimeValue");
-    if (gps_s > 0 && gps_s < kMostSeconds) out.begin = gps_time_ns(std::llround(gps_s * 1e9));
-  }
-  const XmlElement* points = data.child("points");
-  if (!points) return out;
-  const auto count = number_in<std::uint64_t>(points->attribute("recordCount"), 0);
-  const auto section = number_in<std::uint64_t>(points->attribute("fileOffset"), 0);
-  const XmlElement* prototype = points->child("prototype");
-  if (!count || !section || !prototype)
-    return Error{ErrorCode::Malformed, "it does not say where its points are, how many, and of which fields"};
-  out.points = *count;
-  out.section = *section;
-  bool has_bits = false;
-  for (const XmlElement& field : prototype->children) {
-    auto column = column_from(field);
-    if (!column.ok()) return column.error();
-    has_bits = has_bits || column->bits > 0;
-    out.columns.push_back(std::move(*column));
-  }
-  if (out.points > 0 && !has_bits)
-    return Error{ErrorCode::Malformed,
-                 "all its points are the same by its description, which has no field that varies"};
-  return out;
-}
 
 /// Returns the bits of a value that begins at a bit of a stream, which is long enough.
 std::uint64_t packed_bits(ByteView bytes, std::size_t at_bit, unsigned bits) {
@@ -149,11 +42,6 @@ double value_of(const E57Column& column, std::uint64_t bits) {
 }
 
 }  // namespace
-
-std::optional<std::size_t> E57Scan::column(std::string_view wanted) const {
-  const auto found = std::ranges::find(columns, wanted, &E57Column::name);
-  return found == columns.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - columns.begin()));
-}
 
 Result<E57Reader> E57Reader::open(const std::filesystem::path& path) {
   auto file = InputFile::open(path);
@@ -188,21 +76,14 @@ Result<E57Reader> E57Reader::open(const std::filesystem::path& path) {
     return wrong(ErrorCode::Malformed, "has its description behind its end");
   std::string text(static_cast<std::size_t>(length), '\0');
   if (Status read = out.pages_.read(begin, std::as_writable_bytes(std::span(text))); !read.ok()) return read.error();
-  const auto root = parse_xml(text, path.string());
-  if (!root.ok()) return root.error();
-  out.crs_ = child_text(*root, "coordinateMetadata");
-  if (const XmlElement* images = root->child("images2D")) out.images_ = images->children.size();
-  const XmlElement* data = root->child("data3D");
-  for (std::size_t i = 0; data && i < data->children.size(); ++i) {
-    auto scan = scan_from(data->children[i]);
-    if (!scan.ok()) return wrong(scan.error().code, fmt::format("scan {}: {}", i, scan.error().message));
-    out.scans_.push_back(std::move(*scan));
-  }
+  auto description = decode_e57_description(text, path.string());
+  if (!description.ok()) return description.error();
+  out.description_ = std::move(*description);
   return out;
 }
 
 Status E57Reader::begin(std::size_t scan) {
-  const E57Scan& wanted = scans_[scan];
+  const E57Scan& wanted = scans()[scan];
   scan_ = scan;
   left_ = wanted.points;
   streams_.assign(wanted.columns.size(), {});
@@ -229,7 +110,7 @@ Status E57Reader::begin(std::size_t scan) {
 }
 
 std::size_t E57Reader::whole_values() const {
-  const E57Scan& scan = scans_[scan_];
+  const E57Scan& scan = scans()[scan_];
   std::size_t out = std::numeric_limits<std::size_t>::max();
   for (std::size_t i = 0; i < streams_.size(); ++i)
     if (const unsigned bits = scan.columns[i].bits; bits > 0)
@@ -240,7 +121,7 @@ std::size_t E57Reader::whole_values() const {
 Status E57Reader::read_packet() {
   const auto wrong = [&](ErrorCode code, const std::string& what) {
     return Error{code, fmt::format("{}: scan {}: {}; {} of its {} points were read", name(), scan_, what,
-                                   scans_[scan_].points - left_, scans_[scan_].points)};
+                                   scans()[scan_].points - left_, scans()[scan_].points)};
   };
   for (;;) {
     if (at_ + kE57PacketHead > end_) return wrong(ErrorCode::Truncated, "its section ends before its last point");
@@ -291,7 +172,7 @@ Status E57Reader::next(std::vector<std::vector<double>>& columns, std::size_t mo
     }
   const auto count = static_cast<std::size_t>(std::min<std::uint64_t>({whole_values(), most, left_}));
   for (std::size_t i = 0; i < streams_.size(); ++i) {
-    const E57Column& column = scans_[scan_].columns[i];
+    const E57Column& column = scans()[scan_].columns[i];
     Stream& stream = streams_[i];
     columns[i].reserve(count);
     for (std::size_t k = 0; k < count; ++k, stream.at_bit += column.bits)

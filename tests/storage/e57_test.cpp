@@ -78,6 +78,19 @@ TEST(E57, ReadsEachKindOfNumber) {
   EXPECT_EQ(cloud->types[3].size, 1u);
 }
 
+/// Entities that a file defines are not replaced, so a small file cannot become a large text, nor a name another file.
+TEST(E57, ReadsTextsInPiecesAndNoEntitiesOfTheFile) {
+  std::string xml =
+      "<!DOCTYPE e57Root [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY file SYSTEM \"/etc/passwd\">]><e57Root>"
+      "<coordinateMetadata>one <![CDATA[<two>]]> &amp; <![CDATA[]]]]><![CDATA[>]]></coordinateMetadata><data3D>"
+      "<vectorChild><name>&a;&file;</name></vectorChild> by hand <vectorChild/></data3D></e57Root>";
+  const auto read = decode_e57_description(xml, "a");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->crs, "one <two> & ]]>");
+  ASSERT_EQ(read->scans.size(), 2u);
+  EXPECT_EQ(read->scans[0].name, "&a;&file;");
+}
+
 TEST(E57, PlacesAreInTheScannersFrameAndPosesLeadToTheFile) {
   SmallE57 out;
   const double half = std::sqrt(0.5);
@@ -200,15 +213,19 @@ TEST(E57, RefusesWhatIsNoCloud) {
   };
   EXPECT_EQ(why(points("<cartesianX type=\"Float\"/>")), "");
   EXPECT_NE(why("<e57Root><data3D/></e57Root>").find("no points"), std::string::npos);
-  EXPECT_NE(why("<e57Root><data3D></e57Root>").find("closes no element"), std::string::npos);
+  EXPECT_NE(why("<e57Root><data3D></e57Root>").find("at byte 19 its description is no XML"), std::string::npos);
   EXPECT_NE(why(points("<label type=\"String\"/>")).find("label is of type String"), std::string::npos);
   EXPECT_NE(why(points("<cartesianX type=\"Integer\" minimum=\"1\" maximum=\"1\"/>")).find("no field that varies"),
             std::string::npos);
   EXPECT_NE(why(points("<cartesianX type=\"Float\"/><cartesianY type=\"Float\"/>")).find("streams are not those"),
             std::string::npos);
-  std::string deep;
-  for (int i = 0; i < 100; ++i) deep += "<a>";
-  EXPECT_NE(why(deep).find("nested"), std::string::npos);
+  const auto nested = [](int depth) {
+    std::string open, closed;
+    for (int i = 0; i < depth; ++i) open += "<a>", closed += "</a>";
+    return open + closed;
+  };
+  EXPECT_NE(why(nested(64)).find("no points"), std::string::npos);
+  EXPECT_NE(why(nested(65)).find("nested more than 64 deep"), std::string::npos);
 }
 
 }  // namespace
