@@ -183,6 +183,7 @@ Result<PcdCloud> read_las_cloud(const std::string& path) {
   for (;;) {
     if (Status read = reader->next(points); !read.ok()) return read.error();
     if (points.empty()) return cloud;
+    if (cloud.points() > kMostCloudValues / cloud.columns.size()) return too_many_cloud_values(path);
     for (const LasPoint& point : points) {
       const std::array values{point.x, point.y, point.z, double{static_cast<double>(point.intensity)},
                               point.time.value_or(0)};

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "storage/e57_reader.hpp"
+#include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -60,8 +61,8 @@ PcdType type_of(const E57Column& column) {
   return {'F', 8};
 }
 
-/// Names the columns of the cloud: those of all scans.
-void name_columns_of(const std::vector<E57Scan>& scans, PcdCloud& cloud) {
+/// Names the columns of the cloud: those of all scans. Error: Unsupported beyond kMostPcdColumns.
+Status name_columns_of(const std::string& name, const std::vector<E57Scan>& scans, PcdCloud& cloud) {
   cloud.fields = {"x", "y", "z"};
   cloud.types = {{'F', 8}, {'F', 8}, {'F', 8}};
   for (const E57Scan& scan : scans)
@@ -72,6 +73,9 @@ void name_columns_of(const std::vector<E57Scan>& scans, PcdCloud& cloud) {
       const PcdType type = type_of(column);
       const auto at = std::ranges::find(cloud.fields, field);
       if (at == cloud.fields.end()) {
+        if (cloud.fields.size() == kMostPcdColumns)
+          return Error{ErrorCode::Unsupported,
+                       fmt::format("{}: its scans have more than {} different fields", name, kMostPcdColumns)};
         cloud.fields.push_back(field);
         cloud.types.push_back(type);
       } else if (PcdType& kept = cloud.types[static_cast<std::size_t>(at - cloud.fields.begin())];
@@ -88,6 +92,7 @@ void name_columns_of(const std::vector<E57Scan>& scans, PcdCloud& cloud) {
       if (may_lack && cloud.types[i].kind != 'F') cloud.types[i] = {'F', 8};
     }
   cloud.columns.resize(cloud.fields.size());
+  return {};
 }
 
 /// Appends points of a scan to the cloud.
@@ -118,7 +123,7 @@ using TakePoints = std::function<Status(const E57Scan&, const std::vector<std::v
 
 /// Gives all points of a file to `take`. `prepare` sees the scans before.
 Status read_all_scans(const std::filesystem::path& path,
-                      const std::function<void(const std::vector<E57Scan>&)>& prepare, const TakePoints& take) {
+                      const std::function<Status(const std::vector<E57Scan>&)>& prepare, const TakePoints& take) {
   auto reader = E57Reader::open(path);
   if (!reader.ok()) return reader.error();
   const std::vector<E57Scan>& scans = reader->scans();
@@ -129,7 +134,7 @@ Status read_all_scans(const std::filesystem::path& path,
                  fmt::format("{}: its {} scans were taken from different places, and each is in its scanner's frame: "
                              "write the scan that is meant into a file of its own",
                              path.string(), scans.size())};
-  prepare(scans);
+  if (Status prepared = prepare(scans); !prepared.ok()) return prepared;
   std::vector<std::vector<double>> columns;
   std::vector<Point<Scanner>> places;
   for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -149,12 +154,9 @@ Status read_all_scans(const std::filesystem::path& path,
 Result<PcdCloud> read_e57_cloud(const std::filesystem::path& path) {
   PcdCloud cloud;
   const Status read = read_all_scans(
-      path, [&](const std::vector<E57Scan>& scans) { name_columns_of(scans, cloud); },
+      path, [&](const std::vector<E57Scan>& scans) { return name_columns_of(path.string(), scans, cloud); },
       [&](const E57Scan& scan, const auto& columns, const auto& places) -> Status {
-        if (cloud.points() > kMostCloudValues / cloud.fields.size())
-          return Error{ErrorCode::Unsupported,
-                       fmt::format("{}: has more than {} values, which are not read into memory", path.string(),
-                                   kMostCloudValues)};
+        if (cloud.points() > kMostCloudValues / cloud.fields.size()) return too_many_cloud_values(path.string());
         append_points(scan, columns, places, cloud);
         return {};
       });
@@ -165,12 +167,9 @@ Result<PcdCloud> read_e57_cloud(const std::filesystem::path& path) {
 Result<std::vector<float>> read_e57_places(const std::filesystem::path& path) {
   std::vector<float> out;
   const Status read = read_all_scans(
-      path, [](const std::vector<E57Scan>&) {},
+      path, [](const std::vector<E57Scan>&) { return Status(); },
       [&](const E57Scan&, const auto&, const auto& places) -> Status {
-        if (out.size() > kMostCloudValues)
-          return Error{ErrorCode::Unsupported,
-                       fmt::format("{}: has more than {} values, which are not read into memory", path.string(),
-                                   kMostCloudValues)};
+        if (out.size() > kMostCloudValues) return too_many_cloud_values(path.string());
         for (const Point<Scanner>& place : places)
           if (place.xyz.allFinite())
             for (const double value : place.xyz) out.push_back(static_cast<float>(value));

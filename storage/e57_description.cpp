@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/number_word.hpp"
+#include "storage/pcd_header.hpp"
 
 namespace hueline::storage {
 namespace {
@@ -47,9 +48,9 @@ std::string child_text(const pugi::xml_node& parent, const char* child) {
   return std::string(trimmed(out));
 }
 
-/// Returns the number in a child; 0 if it is missing or no number.
+/// Returns the number in a child: 0 if it is missing, and NaN if it is none.
 double number_of(const pugi::xml_node& parent, const char* child) {
-  return number_in<double>(child_text(parent, child), 0).value_or(0);
+  return number_in<double>(child_text(parent, child), 0).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 /// Reads the type of a field. Error: Malformed, Unsupported, with what is wrong.
@@ -94,7 +95,7 @@ Transform<E57World, Scanner> pose_from(const pugi::xml_node& pose) {
   out.translation = {number_of(place, "x"), number_of(place, "y"), number_of(place, "z")};
   if (const pugi::xml_node turn = pose.child("rotation")) {
     const Eigen::Quaterniond q(number_of(turn, "w"), number_of(turn, "x"), number_of(turn, "y"), number_of(turn, "z"));
-    if (q.norm() > 0) out.rotation = q.normalized();
+    if (q.norm() != 0) out.rotation = q.normalized();
   }
   return out;
 }
@@ -107,6 +108,8 @@ Result<E57Scan> scan_from(const pugi::xml_node& data) {
     if (const std::string word = child_text(data, part); !word.empty())
       out.sensor += (out.sensor.empty() ? "" : " ") + word;
   out.T_world_scanner = pose_from(data.child("pose"));
+  if (!out.T_world_scanner.translation.allFinite() || !out.T_world_scanner.rotation.coeffs().allFinite())
+    return Error{ErrorCode::Malformed, "its pose has something that is no finite number"};
   if (const pugi::xml_node start = data.child("acquisitionStart")) {
     constexpr double kMostSeconds = 9e9;  // what nanoseconds of 64 bits hold
     const double gps_s = number_of(start, "dateTimeValue");
@@ -121,8 +124,12 @@ Result<E57Scan> scan_from(const pugi::xml_node& data) {
     return Error{ErrorCode::Malformed, "it does not say where its points are, how many, and of which fields"};
   out.points = *count;
   out.section = *section;
+  const std::vector<pugi::xml_node> fields = elements_in(prototype);
+  if (fields.size() > kMostPcdColumns)
+    return Error{ErrorCode::Unsupported,
+                 fmt::format("its points have {} fields; at most {} are read", fields.size(), kMostPcdColumns)};
   bool has_bits = false;
-  for (const pugi::xml_node& field : elements_in(prototype)) {
+  for (const pugi::xml_node& field : fields) {
     auto column = column_from(field);
     if (!column.ok()) return column.error();
     has_bits = has_bits || column->bits > 0;

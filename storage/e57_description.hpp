@@ -51,8 +51,8 @@ struct E57Description {
 
 /// Reads the description of a file, which is XML in UTF-8; its bytes are changed. The declaration of a document type is
 /// passed over, and what only it defines is not replaced. `name` stands for the file in messages. Errors: Malformed,
-/// with the byte of the XML or with the scan; Unsupported (fields that are no numbers, elements that are nested more
-/// than 64 deep).
+/// with the byte of the XML or with the scan; Unsupported (fields that are no numbers, more than kMostPcdColumns of
+/// them, elements that are nested more than 64 deep).
 Result<E57Description> decode_e57_description(std::string& xml, const std::string& name);
 
 }  // namespace hueline::storage

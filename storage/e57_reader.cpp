@@ -13,7 +13,8 @@
 namespace hueline::storage {
 namespace {
 
-constexpr std::uint64_t kMostDescription = 256u << 20;
+constexpr std::uint64_t kMostDescription = 64u << 20;  // thousands of scans; as a tree it takes up to 20 times as much
+constexpr std::size_t kMostWaiting = 16u << 20;        // bytes of a field whose points lack those of another one
 
 /// Returns the bits of a value that begins at a bit of a stream, which is long enough.
 std::uint64_t packed_bits(ByteView bytes, std::size_t at_bit, unsigned bits) {
@@ -68,7 +69,8 @@ Result<E57Reader> E57Reader::open(const std::filesystem::path& path) {
   if (file->size() < size || file->size() % kE57Page != 0)
     return wrong(ErrorCode::Truncated,
                  fmt::format("was cut: it has {} of {} bytes, and its description is at its end", file->size(), size));
-  if (length > kMostDescription) return wrong(ErrorCode::Unsupported, "has a description of more than 256 MB");
+  if (length > kMostDescription)
+    return wrong(ErrorCode::Unsupported, fmt::format("has a description of more than {} MB", kMostDescription >> 20));
 
   E57Reader out(E57Pages(std::move(*file)));
   const std::uint64_t begin = e57_place_in_content(place);
@@ -150,10 +152,17 @@ Status E57Reader::read_packet() {
     for (std::uint16_t& length : lengths) length = in.take<std::uint16_t>();
     for (std::size_t i = 0; i < streams; ++i) {
       Stream& stream = streams_[i];
-      const std::size_t used = stream.at_bit / 8;
-      stream.bytes.erase(stream.bytes.begin(), stream.bytes.begin() + static_cast<std::ptrdiff_t>(used));
-      stream.at_bit -= 8 * used;
-      append(stream.bytes, in.take_bytes(lengths[i]));
+      const ByteView more = in.take_bytes(lengths[i]);
+      if (scans()[scan_].columns[i].bits == 0) continue;
+      // Bytes are moved only if fewer stay than go, so that a slow stream does not cost its length with each packet.
+      if (const std::size_t used = stream.at_bit / 8; 2 * used >= stream.bytes.size()) {
+        stream.bytes.erase(stream.bytes.begin(), stream.bytes.begin() + static_cast<std::ptrdiff_t>(used));
+        stream.at_bit -= 8 * used;
+      }
+      append(stream.bytes, more);
+      if (stream.bytes.size() > kMostWaiting)
+        return wrong(ErrorCode::Unsupported, fmt::format("its field {} is more than {} MB ahead of another one",
+                                                         scans()[scan_].columns[i].name, kMostWaiting >> 20));
     }
     if (!in.ok()) return damaged();
     at_ += size;

@@ -14,8 +14,9 @@
 /// Reads the points of E57 files (ASTM E2807-11), in which programs of static scanners exchange clouds.
 namespace hueline::storage {
 
-/// Streams the points of the scans of a file. Images, which a file may have, too, are counted and not read. Move-only.
-/// Thread safety: none.
+/// Streams the points of the scans of a file of any size; memory holds its description (at most 64 MB of XML), 256
+/// pages and the packets that the next points need. Images, which a file may have, too, are counted and not read.
+/// Move-only. Thread safety: none.
 class E57Reader {
  public:
   /// Opens a file and reads its description. Errors: Io; Malformed (also a file that its writer has not closed);
@@ -31,7 +32,7 @@ class E57Reader {
   Status begin(std::size_t scan);
   /// Replaces `columns` by the values of the next points, at most `most` of them: columns[i] has those of column i of
   /// the scan. They are empty at the scan's end. Errors, after what is whole was returned: Io; Malformed; Truncated if
-  /// the scan holds fewer points than it counts.
+  /// the scan holds fewer points than it counts; Unsupported if a field's values come 16 MB before another's.
   Status next(std::vector<std::vector<double>>& columns, std::size_t most = 65536);
 
  private:

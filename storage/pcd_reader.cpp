@@ -164,6 +164,11 @@ std::span<const double> PcdCloud::column(const std::string& field) const {
   return {};
 }
 
+Error too_many_cloud_values(const std::string& name) {
+  return {ErrorCode::Unsupported,
+          fmt::format("{}: has more than {} values, which are not read into memory", name, kMostCloudValues)};
+}
+
 Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name) {
   std::size_t columns = 0;
   for (std::size_t f = 0; f < header.fields.size(); ++f) columns += header.is_padding(f) ? 0 : header.counts[f];

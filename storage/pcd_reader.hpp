@@ -36,6 +36,9 @@ Result<PcdCloud> decode_pcd(std::span<const std::byte> bytes, const std::string&
 /// Reads the points that a header describes: those of a PCD, or of another table of points whose header says the same.
 Result<PcdCloud> decode_points(const PcdHeader& header, std::span<const std::byte> bytes, const std::string& name);
 
+/// Returns the error of a cloud beyond kMostCloudValues, which readers give that find out while they read.
+Error too_many_cloud_values(const std::string& name);
+
 constexpr std::uint64_t kMostCloudBytes = 4'000'000'000;  ///< largest file that is read whole into memory
 constexpr std::size_t kMostCloudValues = 500'000'000;     ///< numbers of a cloud in memory: 4 GB as double
 

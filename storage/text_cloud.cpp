@@ -19,19 +19,21 @@ namespace hueline::storage {
 namespace {
 
 constexpr const char* kRowBlanks = " \t\r,;";
+constexpr std::size_t kMostRow = 64 * 1024;  // bytes; a longer line is no row
 
 /// The lines of a text, one after another, without those that are empty.
 class TextLines {
  public:
   explicit TextLines(std::string_view text) : text_(text) {}
-  /// Returns the words of the next line; nothing at the end.
+  /// Returns the words of the next line; nothing at the end. A line that is too long for a row is one word.
   std::optional<std::vector<std::string_view>> next() {
     while (at_ < text_.size()) {
       const std::size_t end = std::min(text_.find('\n', at_), text_.size());
       line_ = text_.substr(at_, end - at_);
       at_ = end + 1;
       ++number_;
-      if (auto words = line_words(line_, kRowBlanks); !words.empty()) return words;
+      auto words = line_.size() > kMostRow ? std::vector{line_} : line_words(line_, kRowBlanks);
+      if (!words.empty()) return words;
     }
     return {};
   }
@@ -65,13 +67,9 @@ Error wrong_line(const std::string& name, const TextLines& lines, const char* wh
           fmt::format("{}: line {}: '{}' {}", name, lines.number(), lines.line().substr(0, 60), what)};
 }
 
-Error too_many_values(const std::string& name) {
-  return {ErrorCode::Unsupported,
-          fmt::format("{}: has more than {} values, which are not read into memory", name, kMostCloudValues)};
-}
-
 /// Returns the names of a title, if it has x, y and z; these in small letters. Names between commas may have blanks.
 std::vector<std::string> names_in(std::string_view line) {
+  if (line.size() > kMostRow) return {};
   line.remove_prefix(std::min(line.find_first_not_of(" \t#/"), line.size()));
   const bool has_commas = line.find_first_of(",;") != std::string_view::npos;
   std::vector<std::string> out;
@@ -217,7 +215,7 @@ Result<PcdCloud> decode_ptx(std::string_view text, const std::string& name, PtxF
                      fmt::format("{}: ends behind {} of the {} points of a scan", name, i, head.points)};
       if ((words->size() != 4 && words->size() != 7) || !read_row(*words, row))
         return wrong_line(name, lines, "is no x y z intensity, with or without red green blue");
-      if (cloud.points() > kMostCloudValues / cloud.fields.size()) return too_many_values(name);
+      if (cloud.points() > kMostCloudValues / cloud.fields.size()) return too_many_cloud_values(name);
       std::array<double, 3> at{row[0], row[1], row[2]};
       if (at == std::array<double, 3>{}) {
         at.fill(std::numeric_limits<double>::quiet_NaN());
@@ -263,7 +261,7 @@ Result<PcdCloud> decode_text_cloud(std::string_view text, const std::string& nam
     if (form->has_counts && left.value_or(0) == 0) return wrong_line(name, lines, "is behind the last point");
     if (left) --*left;
     has_begun = true;
-    if (cloud.points() > kMostCloudValues / form->columns) return too_many_values(name);
+    if (cloud.points() > kMostCloudValues / form->columns) return too_many_cloud_values(name);
     for (std::size_t i = 0; i < row.size(); ++i) cloud.columns[i].push_back(row[i]);
   }
   if (left.value_or(0) > 0)

@@ -198,6 +198,25 @@ TEST(E57, TellsDamageAndReadsWhatIsBeforeIt) {
   EXPECT_NE(read(open, points).error().message.find("did not finish"), std::string::npos);
 }
 
+/// The first field's values are all in front of the second's: nothing of them is a point, whatever the file's size.
+TEST(E57, HoldsNoMoreThanItSaysOfStreamsThatAreOutOfStep) {
+  const std::string many = SmallE57::numbers(std::vector<double>(8000, 1.25));
+  const auto first_block = [&](int ahead) {
+    SmallE57 out;
+    std::vector<std::string> packets(static_cast<std::size_t>(ahead), SmallE57::packet({many, ""}));
+    packets.push_back(SmallE57::packet({"", many}));
+    const std::uint64_t at = out.section(packets);
+    auto reader = E57Reader::open(written_e57(
+        out.file(root_xml(scan_xml(at, 8000, "<cartesianX type=\"Float\"/><cartesianY type=\"Float\"/>")))));
+    EXPECT_TRUE(reader.ok() && reader->begin(0).ok());
+    std::vector<std::vector<double>> columns;
+    const Status read = reader->next(columns);
+    return read.ok() ? std::to_string(columns[1].size()) : read.error().message;
+  };
+  EXPECT_EQ(first_block(262), "8000");
+  EXPECT_NE(first_block(263).find("cartesianX is more than 16 MB ahead"), std::string::npos);
+}
+
 TEST(E57, RefusesWhatIsNoCloud) {
   const auto why = [](const std::string& xml) {
     SmallE57 out;
@@ -218,6 +237,12 @@ TEST(E57, RefusesWhatIsNoCloud) {
   EXPECT_NE(why(points("<cartesianX type=\"Integer\" minimum=\"1\" maximum=\"1\"/>")).find("no field that varies"),
             std::string::npos);
   EXPECT_NE(why(points("<cartesianX type=\"Float\"/><cartesianY type=\"Float\"/>")).find("streams are not those"),
+            std::string::npos);
+  std::string many;
+  for (int i = 0; i < 4097; ++i) many += "<a" + std::to_string(i) + " type=\"Float\"/>";
+  EXPECT_NE(why(points(many)).find("4097 fields; at most 4096"), std::string::npos);
+  EXPECT_NE(why(root_xml("<vectorChild><pose><translation><x>1,5</x></translation></pose></vectorChild>"))
+                .find("scan 0: its pose"),
             std::string::npos);
   const auto nested = [](int depth) {
     std::string open, closed;

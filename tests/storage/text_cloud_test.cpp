@@ -46,6 +46,16 @@ TEST(TextCloud, ReadsPtxInTheFrameOfTheScannerAndOfTheFile) {
   EXPECT_NE(cut.error().message.find("behind 1 of the 2 points"), std::string::npos) << cut.error().message;
 }
 
+TEST(TextCloud, TakesALongLineForNoRow) {
+  std::string numbers;
+  for (int i = 0; i < 40'000; ++i) numbers += "1 ";
+  const auto behind = decode_text_cloud("1 2 3\n" + numbers + "\n", "a.xyz");
+  ASSERT_FALSE(behind.ok());
+  EXPECT_NE(behind.error().message.find("line 2: '1 1"), std::string::npos) << behind.error().message;
+  EXPECT_EQ(text_cloud_kind(numbers + "\n"), "");
+  EXPECT_EQ(text_cloud_kind("# x y z " + numbers + "\n1 2 3\n"), "text with x y z");
+}
+
 TEST(TextCloud, ReadsPtsAndCountsItsPoints) {
   const std::string text = "2\n1 2 3 -900 10 20 30\n4 5 6 1200 0 255 7\n1\n7 8 9 0 1 2 3\n";
   EXPECT_EQ(text_cloud_kind(text), "PTS");
