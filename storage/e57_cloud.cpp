@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "storage/e57_reader.hpp"
 #include "storage/pcd_header.hpp"
@@ -164,19 +165,19 @@ Result<PcdCloud> read_e57_cloud(const std::filesystem::path& path) {
   return cloud;
 }
 
-Result<std::vector<float>> read_e57_places(const std::filesystem::path& path) {
-  std::vector<float> out;
-  const Status read = read_all_scans(
+Status read_e57_places(const std::filesystem::path& path, const std::function<void(const Point<Scanner>&)>& take) {
+  std::size_t taken = 0;
+  return read_all_scans(
       path, [](const std::vector<E57Scan>&) { return Status(); },
       [&](const E57Scan&, const auto&, const auto& places) -> Status {
-        if (out.size() > kMostCloudValues) return too_many_cloud_values(path.string());
+        if (taken > kMostCloudValues / 3) return too_many_cloud_values(path.string());
         for (const Point<Scanner>& place : places)
-          if (place.xyz.allFinite())
-            for (const double value : place.xyz) out.push_back(static_cast<float>(value));
+          if (place.xyz.allFinite()) {
+            take(place);
+            ++taken;
+          }
         return {};
       });
-  if (!read.ok()) return read.error();
-  return out;
 }
 
 }  // namespace hueline::storage

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
+#include <functional>
 
+#include "core/frames.hpp"
 #include "core/result.hpp"
 #include "storage/pcd_reader.hpp"
 
@@ -17,7 +18,7 @@ namespace hueline::storage {
 /// have different poses, or beyond the limit of decode_points(); Malformed if there are no points.
 Result<PcdCloud> read_e57_cloud(const std::filesystem::path& path);
 
-/// Returns x y z of the same points as float, those without a place left out. Errors: the same.
-Result<std::vector<float>> read_e57_places(const std::filesystem::path& path);
+/// Gives `take` the places of the same points, one after another, those without a place left out. Errors: the same.
+Status read_e57_places(const std::filesystem::path& path, const std::function<void(const Point<Scanner>&)>& take);
 
 }  // namespace hueline::storage

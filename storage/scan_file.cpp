@@ -41,7 +41,7 @@ Bits bits_at(const std::byte* at, bool is_big_endian) {
 bool is_separator(char c) { return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r'; }
 
 /// Reads the wanted columns of a line of numbers. Returns false if one is missing or is no number.
-bool parse_line(std::string_view line, const std::array<std::size_t, 3>& columns, float out[3]) {
+bool parse_line(std::string_view line, const std::array<std::size_t, 3>& columns, std::array<double, 3>& out) {
   const std::size_t last = std::max({columns[0], columns[1], columns[2]});
   std::size_t i = 0, column = 0, found = 0;
   while (i < line.size() && column <= last) {
@@ -54,7 +54,7 @@ bool parse_line(std::string_view line, const std::array<std::size_t, 3>& columns
       double value = 0;
       const auto [end, error] = std::from_chars(line.data() + begin, line.data() + i, value);
       if (error != std::errc() || end != line.data() + i) return false;
-      out[axis] = static_cast<float>(value);
+      out[axis] = value;
       ++found;
     }
     ++column;
@@ -69,12 +69,21 @@ bool is_comment(std::string_view line) {
 
 }  // namespace
 
-Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional<ScanFormat> format) {
+/// Writes a place as block() gives it.
+void ScanFile::put_place(const std::array<double, 3>& xyz, float* out) const {
+  constexpr std::array<double, 3> kZero{};
+  const bool is_none = xyz == kZero && origin_ != kZero;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    out[axis] = is_none ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(xyz[axis] - origin_[axis]);
+}
+
+Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional<ScanFormat> format,
+                                const std::array<double, 3>& origin) {
   auto file = InputFile::open(path);
   if (!file.ok()) return file.error();
   auto layout = read_scan_layout(*file, format);
   if (!layout.ok()) return layout.error();
-  ScanFile scan(std::move(file).value(), std::move(layout).value());
+  ScanFile scan(std::move(file).value(), std::move(layout).value(), origin);
   const ScanLayout& known = scan.layout_;
   if (known.is_text) {
     scan.block_size_ = kBlockBytes;
@@ -83,9 +92,11 @@ Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional
     return scan;
   }
   if (known.format == ScanFormat::E57) {
-    auto places = read_e57_places(path);
-    if (!places.ok()) return places.error();
-    scan.whole_ = std::move(*places);
+    const Status read = read_e57_places(path, [&](const Point<Scanner>& place) {
+      scan.whole_.resize(scan.whole_.size() + 3);
+      scan.put_place({place.xyz.x(), place.xyz.y(), place.xyz.z()}, &scan.whole_[scan.whole_.size() - 3]);
+    });
+    if (!read.ok()) return read.error();
     scan.layout_.points = scan.whole_.size() / 3;
     scan.block_size_ = kBlockBytes / 12;
   } else if (known.record_size == 0) {
@@ -97,7 +108,8 @@ Result<ScanFile> ScanFile::open(const std::filesystem::path& path, std::optional
     if (!cloud.ok()) return cloud.error();
     const std::span<const double> axes[] = {cloud->column("x"), cloud->column("y"), cloud->column("z")};
     scan.whole_.resize(3 * cloud->points());
-    for (std::size_t i = 0; i < scan.whole_.size(); ++i) scan.whole_[i] = static_cast<float>(axes[i % 3][i / 3]);
+    for (std::size_t i = 0; i < cloud->points(); ++i)
+      scan.put_place({axes[0][i], axes[1][i], axes[2][i]}, &scan.whole_[3 * i]);
     scan.block_size_ = kBlockBytes / 12;
   } else {
     scan.block_size_ = std::max<std::uint64_t>(1, kBlockBytes / known.record_size);
@@ -124,7 +136,8 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
   const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(block_size_, *layout_.points - first));
   const std::size_t raw = count * layout_.record_size;
   const bool as_is = layout_.number == ScanLayout::Number::Float32 && !layout_.is_big_endian &&
-                     layout_.record_size == 12 && layout_.place == std::array<std::size_t, 3>{0, 4, 8};
+                     layout_.record_size == 12 && layout_.place == std::array<std::size_t, 3>{0, 4, 8} &&
+                     origin_ == std::array<double, 3>{};
   // The decoded coordinates are stored behind the records, aligned.
   const std::size_t behind = (raw + 63) / 64 * 64, wanted = as_is ? raw : behind + count * 12;
   if (scratch.size() < wanted) scratch.resize(wanted);
@@ -134,21 +147,23 @@ Result<std::span<const float>> ScanFile::records(std::size_t index, std::vector<
   auto* out = reinterpret_cast<float*>(scratch.data() + behind);
   for (std::size_t i = 0; i < count; ++i) {
     const std::byte* record = scratch.data() + i * layout_.record_size;
+    std::array<double, 3> xyz;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::byte* at = record + layout_.place[axis];
-      float& value = out[3 * i + axis];
+      double& value = xyz[axis];
       switch (layout_.number) {
         case ScanLayout::Number::Float32:
           value = std::bit_cast<float>(bits_at<std::uint32_t>(at, layout_.is_big_endian));
           break;
         case ScanLayout::Number::Float64:
-          value = static_cast<float>(std::bit_cast<double>(bits_at<std::uint64_t>(at, layout_.is_big_endian)));
+          value = std::bit_cast<double>(bits_at<std::uint64_t>(at, layout_.is_big_endian));
           break;
         case ScanLayout::Number::ScaledInt32:
-          value = static_cast<float>(value_at<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis]);
+          value = value_at<std::int32_t>(at) * layout_.scale[axis] + layout_.offset[axis];
           break;
       }
     }
+    put_place(xyz, out + 3 * i);
   }
   return std::span<const float>(out, 3 * count);
 }
@@ -185,8 +200,8 @@ Result<std::span<const float>> ScanFile::lines(std::size_t index, std::vector<st
     const std::uint64_t place = from + at;
     at = stop == std::string_view::npos ? text.size() : stop + 1;
     if (is_comment(line)) continue;
-    if (parse_line(line, layout_.place, out + 3 * count)) {
-      ++count;
+    if (std::array<double, 3> xyz; parse_line(line, layout_.place, xyz)) {
+      put_place(xyz, out + 3 * count++);
       continue;
     }
     if (layout_.may_have_title && place == layout_.begin) continue;

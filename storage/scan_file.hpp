@@ -41,29 +41,35 @@ struct ScanLayout {
 /// - PCD, ascii, binary, or binary_compressed, which is held whole in memory
 /// - text with x y z in its first columns
 /// - float32 x y z without a header, little-endian
-/// - E57, which is held whole in memory (read_e57_places())
+/// - E57, of which the places are held in memory, 12 bytes each (read_e57_places())
 class ScanFile {
  public:
   /// Opens a scan. Without `format`, LAS, PLY, PCD and E57 are recognised by their first bytes; otherwise the endings
   /// .f32, .raw and .bin mean float32, and .xyz, .txt, .asc and .csv mean text. Errors: Io; Malformed; Truncated if the
-  /// file is shorter than its header says; Unsupported, with what to do.
-  static Result<ScanFile> open(const std::filesystem::path& path, std::optional<ScanFormat> format = {});
+  /// file is shorter than its header says; Unsupported, with what to do. `origin` is taken away from each place before
+  /// it becomes a float, which in the coordinates of a map alone would have steps of up to 0.5 m.
+  static Result<ScanFile> open(const std::filesystem::path& path, std::optional<ScanFormat> format = {},
+                               const std::array<double, 3>& origin = {});
 
   const ScanLayout& layout() const { return layout_; }
   std::uint64_t bytes() const { return file_.size(); }
   /// Returns the number of blocks.
   std::size_t blocks() const { return block_count_; }
-  /// Returns x y z of the points of a block as float, in the units of the file; valid until `scratch` changes. Blocks
-  /// follow each other in the order of the file. Reentrant if each thread has its own `scratch`.
+  /// Returns x y z of the points of a block as float, from the origin, in the units of the file; valid until `scratch`
+  /// changes. What has no place is NaN, or 0 0 0 in files that say it so and have no other origin. Blocks follow each
+  /// other in the order of the file. Reentrant if each thread has its own `scratch`.
   Result<std::span<const float>> block(std::size_t index, std::vector<std::byte>& scratch) const;
 
  private:
-  ScanFile(InputFile file, ScanLayout layout) : file_(std::move(file)), layout_(std::move(layout)) {}
+  ScanFile(InputFile file, ScanLayout layout, const std::array<double, 3>& origin)
+      : file_(std::move(file)), layout_(std::move(layout)), origin_(origin) {}
+  void put_place(const std::array<double, 3>& xyz, float* out) const;
   Result<std::span<const float>> records(std::size_t index, std::vector<std::byte>& scratch) const;
   Result<std::span<const float>> lines(std::size_t index, std::vector<std::byte>& scratch) const;
 
   InputFile file_;
   ScanLayout layout_;
+  std::array<double, 3> origin_;
   std::vector<float> whole_;      // points of a compressed PCD or of E57
   std::uint64_t block_size_ = 0;  // points, or bytes of text
   std::size_t block_count_ = 0;

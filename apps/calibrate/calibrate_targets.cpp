@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "apps/calibrate/calibrate.hpp"
+#include "apps/calibrate/station_scan.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/input_error.hpp"
 #include "apps/log.hpp"
@@ -125,28 +127,31 @@ Survey read_survey(const CalibrateTargetsOptions& options) {
 /// A station whose scan is oriented.
 struct OrientedScan {
   StationResult result;
-  std::string words;  ///< name and format of the file
+  std::string words;             ///< StationScan::words
+  std::array<double, 3> origin;  ///< StationScan::origin
 };
 
 /// Orients the scan of one station. Errors: those of the file and of orient_station(); Truncated if the file has fewer
 /// points than its header counts.
 Result<OrientedScan> orient_scan(const std::string& path, const std::optional<storage::ScanFormat>& format,
                                  const Survey& survey, std::size_t station, const TargetsConfig& config) {
-  const auto scan = storage::ScanFile::open(path, format);
+  const auto scan = open_station_scan(path, format, survey.stations[station]);
   if (!scan.ok()) return scan.error();
-  const auto result = orient_station(ScanFileBlocks(*scan), survey.stations, station, survey.targets, config);
+  const storage::ScanFile& file = scan->file;
+  const auto result = orient_station(ScanFileBlocks(file), survey.stations, station, survey.targets, config);
   if (!result.ok()) return result.error();
-  if (scan->layout().points && result->points_read != *scan->layout().points)
+  if (file.layout().points && result->points_read != *file.layout().points)
     return Error{ErrorCode::Truncated, fmt::format("{}: {} points of the {} that its header counts", path,
-                                                   result->points_read, *scan->layout().points)};
-  return OrientedScan{*result, fmt::format("{} ({})", path, scan->layout().words)};
+                                                   result->points_read, *file.layout().points)};
+  return OrientedScan{*result, scan->words, scan->origin};
 }
 
 /// The stations that were oriented, in the order of the table. The vectors have one entry for each of them.
 struct OrientedStations {
   std::vector<StationResult> results;
   std::vector<std::string> files;
-  int status = kDone;  ///< exit status for the last station that could not be oriented
+  std::vector<std::array<double, 3>> origins;  ///< of the files' coordinates (StationScan::origin)
+  int status = kDone;                          ///< exit status for the last station that could not be oriented
 };
 
 /// Orients the scan of each station that has one, and prints a line for each. Adds the scans and the refused stations
@@ -175,8 +180,10 @@ OrientedStations orient_stations(const CalibrateTargetsOptions& options, const S
                result.points_read, whole);
     if (options.time_reading) fmt::print("; reading alone {:.2f} s: {:.2f} times", reading, whole / reading);
     fmt::print("\n");
+    if ((*oriented)->origin != std::array<double, 3>{}) fmt::print("{}\n", (*oriented)->words);
     out.results.push_back(result);
     out.files.push_back(found->second);
+    out.origins.push_back((*oriented)->origin);
     notes.scans.push_back((*oriented)->words);
   }
   return out;
@@ -195,14 +202,15 @@ Status write_reports(const fs::path& out, const std::vector<StationResult>& resu
   return done;
 }
 
-/// Writes the scan `file` in the survey frame as `path`, and prints how many points it has and how long that took.
+/// Writes the scan `file`, whose coordinates are counted from `scan_origin`, in the survey frame as `path`, and prints
+/// how many points it has and how long that took.
 Status write_cloud(const std::string& file, const std::optional<storage::ScanFormat>& format,
-                   const Orientation& orientation, storage::ScanCloudWriter::Format cloud_format, const fs::path& path,
-                   const UtcTime& date) {
+                   const std::array<double, 3>& scan_origin, const Orientation& orientation,
+                   storage::ScanCloudWriter::Format cloud_format, const fs::path& path, const UtcTime& date) {
   const Eigen::Vector3d origin = orientation.T_survey_scanner.translation.array().round();
   Status done;
   const double writing = seconds_of([&] {
-    const auto scan = storage::ScanFile::open(file, format);
+    const auto scan = storage::ScanFile::open(file, format, scan_origin);
     const auto cloud = scan.ok() ? write_oriented(*scan, orientation, origin, cloud_format, path, date)
                                  : Result<OrientedCloud>(scan.error());
     if (!cloud.ok()) {
@@ -245,7 +253,7 @@ int calibrate_targets(const CalibrateTargetsOptions& options) {
   const CloudFormat cloud_format = options.write == "las" ? CloudFormat::Las : CloudFormat::Float32;
   for (std::size_t i = 0; i < results.size() && done.ok() && options.write != "none"; ++i) {
     const std::string& name = survey.stations[results[i].station].name;
-    done = write_cloud(oriented.files[i], format, results[i].adjusted.orientation, cloud_format,
+    done = write_cloud(oriented.files[i], format, oriented.origins[i], results[i].adjusted.orientation, cloud_format,
                        out / (name + (cloud_format == CloudFormat::Las ? ".las" : ".f32")), date);
   }
   if (!done.ok()) {
@@ -265,11 +273,13 @@ void add_calibrate_targets(Command& calibrate) {
                    "CSV of surveyed sphere centres: name,east_m,north_m,up_m[,sigma_m,radius_m,role,stations]");
   command.required("--stations", o->stations, "CSV of stations: name,east_m,north_m,up_m[,sigma_m,scan]");
   command.required("--out", o->out, "folder for targets.json, targets.html, orientation.yaml and the oriented clouds");
-  command.option("--scan", o->scans,
-                 "STATION=FILE with the scan in the scanner's frame, m: LAS, PLY, PCD, text or float32 x y z; default: "
-                 "the column scan of the stations");
-  command.option("--format", o->format,
-                 "las, ply, pcd, xyz or float32, if neither the first bytes nor the name of the file show the format");
+  command.option(
+      "--scan", o->scans,
+      "STATION=FILE with the scan in the scanner's frame or in the stations' coordinates, m: LAS, PLY, PCD, E57, "
+      "text or float32 x y z; default: the column scan of the stations");
+  command.option(
+      "--format", o->format,
+      "las, ply, pcd, e57, xyz or float32, if neither the first bytes nor the name of the file show the format");
   command.option("--radius", o->radius_m, "radius of the spheres, m, for targets without radius_m", {0, 1});
   command.setting("--survey-sigma", o->survey_sigma_mm,
                   "sigma of a target's coordinate, mm, for targets without sigma_m", {0.01, 1000});

@@ -123,6 +123,10 @@ TEST(E57, PlacesAreInTheScannersFrameAndPosesLeadToTheFile) {
   ASSERT_TRUE(block.ok());
   ASSERT_EQ(block->size(), 3u);
   EXPECT_NEAR((*block)[1], std::sqrt(3), 1e-6);
+  const auto moved = ScanFile::open(path, {}, {0, 1, -5'000'000});
+  ASSERT_TRUE(moved.ok()) << moved.error().message;
+  EXPECT_NEAR((*moved->block(0, scratch))[1], std::sqrt(3) - 1, 1e-6);
+  EXPECT_EQ((*moved->block(0, scratch))[2], 5'000'001);
 }
 
 /// One scan has an intensity and the other has not; then scans from two places, which have no common frame.

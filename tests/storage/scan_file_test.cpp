@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -111,6 +113,44 @@ TEST(ScanFile, ReadsTheLasThatTheWriterWrites) {
   auto wanted = xyz;
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] += i % 3 == 0 ? 1000.0f : i % 3 == 1 ? 2000.0f : 30.0f;
   expect_read(path, wanted, "LAS 1.4, point format 6", 0.0007);
+}
+
+/// A millimetre between points of a map, in each kind of number that can hold it, and one without a return.
+TEST(ScanFile, KeepsMillimetresOfAMapFromAnOrigin) {
+  constexpr std::array<double, 3> kOrigin{500'000, 5'300'000, 400};
+  const auto expect_near = [&](const fs::path& path, bool has_missing) {
+    const auto scan = ScanFile::open(path, {}, kOrigin);
+    ASSERT_TRUE(scan.ok()) << scan.error().message;
+    const auto got = all(*scan);
+    ASSERT_EQ(got.size(), has_missing ? 9u : 6u) << path;
+    for (const std::size_t i : {0, 1}) {
+      EXPECT_NEAR(got[3 * i], 1.001 + 0.001 * static_cast<double>(i), 1e-6) << path;
+      EXPECT_NEAR(got[3 * i + 1], -2, 1e-6) << path;
+      EXPECT_NEAR(got[3 * i + 2], 0.25, 1e-6) << path;
+    }
+    if (has_missing) {
+      EXPECT_TRUE(std::isnan(got[6]) && std::isnan(got[8])) << path;
+    }
+  };
+  const std::vector<double> places{500001.001, 5299998, 400.25, 500001.002, 5299998, 400.25, 0, 0, 0};
+  std::string bytes(reinterpret_cast<const char*>(places.data()), places.size() * sizeof(double));
+  expect_near(file_of("map.xyz", "500001.001 5299998 400.25\n500001.002 5299998 400.25\n0 0 0\n"), true);
+  const std::string head = "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nPOINTS 3\nDATA ";
+  expect_near(file_of("map.pcd", head + "binary\n" + bytes), true);
+  std::string packed;  // bytes that stand for themselves, column by column
+  const auto put_size = [&](std::uint32_t size) { packed.append(reinterpret_cast<const char*>(&size), sizeof size); };
+  put_size(75), put_size(72);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    packed += static_cast<char>(23);
+    for (std::size_t i = 0; i < 3; ++i) packed += bytes.substr(8 * (3 * i + axis), 8);
+  }
+  expect_near(file_of("map_packed.pcd", head + "binary_compressed\n" + packed), true);
+  const fs::path las = fs::path(testing::TempDir()) / "map.las";
+  auto writer = ScanCloudWriter::create(las, ScanCloudWriter::Format::Las, kOrigin, {2026, 3, 1, 0, 0, 0, 0});
+  ASSERT_TRUE(writer.ok()) << writer.error().message;
+  ASSERT_TRUE(writer->append(std::vector<double>{1.001, -2, 0.25, 1.002, -2, 0.25}).ok());
+  ASSERT_TRUE(writer->close().ok());
+  expect_near(las, false);
 }
 
 TEST(ScanFile, SaysWhatItCannotRead) {
