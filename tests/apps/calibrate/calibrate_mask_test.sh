@@ -16,9 +16,9 @@ grep -vE '%$' said.txt
 # Fifteen images teach little of a vehicle that is partly as grey as the road: a longer drive finds more (docs/calibration.md).
 awk '/^  against/ { ++lenses; is += $8; missed += $13; much += $20 } END { exit !(lenses == 6 && is > 30 && missed < 0.3 * is && much < 0.2 * is) }' said.txt ||
   fail "too far from the truth"
-says "lens 'lens5': the vehicle is 0.0 % of the image"  # it looks up
+# The last lens looks up, and sees no vehicle.
+awk '/^  against/ { much = $20 } END { exit !(much < 2) }' said.txt || fail "a vehicle in the sky"
 for i in 0 1 2 3 4 5; do [ -s found/masks_lens$i.png ] && [ -s found/masks_lens$i.yaml ] || fail "no files of lens $i"; done
-grep -q "^masks: \[\]" found/masks_lens5.yaml || fail "a mask of the sky"
 
 # The fragments replace the masks in the rig.
 "$hueline" simulate "$scenario" --out sims --write-rig true.yaml >/dev/null 2>&1
