@@ -134,15 +134,17 @@ void HeldOutViews::predict(const Waiting& exposure, const Eigen::Vector3d& head_
                                         static_cast<std::size_t>(p.x + 0.5f)];
     if (winner == nullptr || p.distance < winner->distance) winner = &p;
   }
-  PredictedView out{exposure.exposure, lens, head_enu, {}, {}};
+  PredictedView out{exposure.exposure, lens, head_enu, {}};
   for (const Projected* p : winners_) {
     if (p == nullptr) continue;
     const auto x = static_cast<int>(p->x), y = static_cast<int>(p->y);
     const fusion::Rgb seen =
         fusion::sample(view, x + static_cast<int>(mount.x_offset), y + static_cast<int>(mount.y_offset),
                        p->x - static_cast<float>(x), p->y - static_cast<float>(y));
-    out.places.push_back({static_cast<std::uint16_t>(p->x + 0.5f), static_cast<std::uint16_t>(p->y + 0.5f)});
-    out.pixels.push_back({p->point->colour, {to_byte(seen.red), to_byte(seen.green), to_byte(seen.blue)}});
+    out.pixels.push_back({static_cast<std::uint16_t>(p->x + 0.5f),
+                          static_cast<std::uint16_t>(p->y + 0.5f),
+                          p->point->colour,
+                          {to_byte(seen.red), to_byte(seen.green), to_byte(seen.blue)}});
   }
   sink_(out);
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "calibration/mask/vehicle_mask.hpp"
 #include "fusion/colouring.hpp"
 #include "fusion/head_projector.hpp"
 #include "fusion/rig_geometry.hpp"
@@ -18,14 +19,11 @@ namespace hueline::survey {
 
 /// What the image of one lens showed, and what the cloud, coloured without this image, predicted for it.
 struct PredictedView {
-  struct Pixel {
-    std::array<std::uint8_t, 3> predicted, seen;
-  };
   std::uint32_t exposure = 0;
   std::uint8_t lens = 0;
   Eigen::Vector3d head_enu{0, 0, 0};  ///< place of the head at the exposure, m
-  std::vector<Pixel> pixels;          ///< those that the cloud has a point for, at most one for each pixel of the image
-  std::vector<std::array<std::uint16_t, 2>> places;  ///< column and row of each of these pixels in the lens image
+  /// Those that the cloud has a point for, at most one for each pixel of the image.
+  std::vector<calibration::PredictedPixel> pixels;
 };
 
 /// Judges the colouring without truth: it colours the drive once more without some of the exposures, projects the

@@ -56,10 +56,7 @@ void VehicleMasks::take(const PredictedView& view) {
   auto& taken_at = taken_at_[view.lens];
   if (taken_at && (*taken_at - view.head_enu).norm() < kMoved_m) return;
   taken_at = view.head_enu;
-  pixels_.clear();
-  for (std::size_t i = 0; i < view.pixels.size(); ++i)
-    pixels_.push_back({view.places[i][0], view.places[i][1], view.pixels[i].predicted, view.pixels[i].seen});
-  masks_[view.lens].add(pixels_);
+  masks_[view.lens].add(view.pixels);
 }
 
 std::vector<calibration::VehicleMask::Found> VehicleMasks::finish() {

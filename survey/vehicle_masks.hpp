@@ -31,9 +31,8 @@ fusion::RigGeometry rig_of_pass(fusion::RigGeometry rig, const MaskPass& pass,
 
 /// Learns from a drive which part of each lens image is the own vehicle (calibration::VehicleMask). Half of the images
 /// are left out of a colouring of their own, and compared with what the cloud predicts for them, for every lens that
-/// could show it. Give it to a runtime::Pipeline as
-/// sink, process the drive, then call finish(). Its memory does not grow with the drive. Thread safety: none; the
-/// thread of the pipeline calls it.
+/// could show it. Give it to a runtime::Pipeline as sink, process the drive, then call finish(). Its memory does not
+/// grow with the drive. Thread safety: none; the thread of the pipeline calls it.
 class VehicleMasks : public runtime::ProductSink {
  public:
   /// `colouring.validate()` and `rig.validate()` must be empty. `threads`: of the colouring, the caller's included.
@@ -55,8 +54,7 @@ class VehicleMasks : public runtime::ProductSink {
 
   std::vector<calibration::VehicleMask> masks_;           // of each lens
   std::vector<std::optional<Eigen::Vector3d>> taken_at_;  // the head's place at the newest view of each lens
-  std::vector<calibration::PredictedPixel> pixels_;
-  HeldOutViews views_;  // gives its views to take()
+  HeldOutViews views_;                                    // gives its views to take()
 };
 
 }  // namespace hueline::survey

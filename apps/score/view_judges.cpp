@@ -7,7 +7,7 @@ ViewJudges::ViewJudges(const config::Rig& rig, int threads, score::LabOfRgb::Enc
       held_out_(rig.colouring, rig.geometry, {.threads = threads},
                 [this](const survey::PredictedView& view) {
                   pixels_.clear();
-                  for (const auto& [predicted, seen] : view.pixels) pixels_.push_back({predicted, seen});
+                  for (const auto& pixel : view.pixels) pixels_.push_back({pixel.predicted, pixel.seen});
                   figures_.add(pixels_);
                 }),
       edges_(rig.geometry, {.together = rig.colouring.together}) {}

@@ -23,7 +23,7 @@ struct PredictedPixel {
 /// Where the predictions have no texture, an even road say, the colours themselves decide if they are the same or
 /// clearly differ; otherwise nothing is known.
 ///
-/// Depends on nothing but the views, and their order. Memory: 64 bytes a cell, of which there are at most
+/// Depends on nothing but the views, and their order. Memory: 56 bytes a cell, of which there are at most
 /// kMostColumns in a row. Thread safety: none.
 class VehicleMask {
  public:

@@ -59,7 +59,7 @@ TEST(HeldOutViews, ThePredictionNeverHasTheColourOfTheImageThatWasLeftOut) {
   ASSERT_GT(pixels_of(all), 1000u);
   for (const PredictedView& view : all) {
     EXPECT_EQ(view.exposure % 4, 2u);
-    for (const auto& [predicted, seen] : view.pixels) {
+    for (const auto& [x, y, predicted, seen] : view.pixels) {
       EXPECT_EQ(predicted, (std::array<std::uint8_t, 3>{100, 100, 100}));
       EXPECT_EQ(seen, (std::array<std::uint8_t, 3>{220, 20, 20}));
     }
@@ -76,7 +76,7 @@ TEST(HeldOutViews, APointPredictsThePixelThatShowsIt) {
   ASSERT_GT(pixels_of(all), 1000u);
   std::set<std::array<std::uint8_t, 3>> colours;
   for (const PredictedView& view : all)
-    for (const auto& [predicted, seen] : view.pixels) {
+    for (const auto& [x, y, predicted, seen] : view.pixels) {
       colours.insert(predicted);
       for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(predicted[c], seen[c], 3);
     }
@@ -107,10 +107,9 @@ TEST(HeldOutViews, PredictEveryLensThatContainsAPointIfTheyAreAskedTo) {
   std::array<std::size_t, 2> pixels_ahead{}, pixels{};
   for (const bool every_lens : {false, true}) {
     HeldOutViews held_out({}, vehicle.rig, {.every = 4, .every_lens = every_lens}, [&](const PredictedView& view) {
-      ASSERT_EQ(view.places.size(), view.pixels.size());
-      for (const auto& [x, y] : view.places) {
-        EXPECT_LT(x, vehicle.rig.head.lenses[view.lens].intrinsics.width);
-        EXPECT_LT(y, vehicle.rig.head.lenses[view.lens].intrinsics.height);
+      for (const auto& pixel : view.pixels) {
+        EXPECT_LT(pixel.x, vehicle.rig.head.lenses[view.lens].intrinsics.width);
+        EXPECT_LT(pixel.y, vehicle.rig.head.lenses[view.lens].intrinsics.height);
       }
       pixels[every_lens ? 1 : 0] += view.pixels.size();
       pixels_ahead[every_lens ? 1 : 0] += view.lens == 0 ? view.pixels.size() : 0;
