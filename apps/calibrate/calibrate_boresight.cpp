@@ -14,7 +14,6 @@
 #include "config/section.hpp"
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
-#include "runtime/pipeline.hpp"
 #include "survey/drive_returns.hpp"
 
 namespace hueline::apps {
@@ -52,14 +51,7 @@ BoresightDrive gather(DriveSource& source, const config::Rig& rig, const Calibra
   wanted.far_m = options.far_m;
   if (const std::string wrong = wanted.validate(); !wrong.empty()) throw config::ConfigError(wrong);
   survey::DriveReturns returns(rig, wanted);
-  config::Rig uncoloured = rig;
-  uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured
-  runtime::Pipeline pipeline(uncoloured, 1, returns);
-  fed = source.feed(bar, [&](const Packet& packet) {
-    pipeline.process(packet);
-    return true;
-  });
-  pipeline.flush();
+  fed = source.feed_without_colours(bar, rig, returns);
   bar.end();
   BoresightDrive drive = returns.take();
   counts = returns.counts();

@@ -16,7 +16,6 @@
 #include "calibration/mount/mount_report.hpp"
 #include "core/angle.hpp"
 #include "core/output_file.hpp"
-#include "runtime/pipeline.hpp"
 #include "survey/drive_shots.hpp"
 
 namespace hueline::apps {
@@ -95,17 +94,7 @@ int calibrate_drive(const DriveFiles& files) {
   survey::DriveShots::Config wanted;
   wanted.every = files.every;
   survey::DriveShots gathered(source->rig, wanted);
-  Status fed;
-  {
-    config::Rig uncoloured = source->rig;
-    uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured
-    runtime::Pipeline pipeline(uncoloured, 1, gathered);
-    fed = source->feed(bar, [&](const Packet& packet) {
-      pipeline.process(packet);
-      return true;
-    });
-    pipeline.flush();
-  }
+  const Status fed = source->feed_without_colours(bar, source->rig, gathered);
   bar.end();
   if (!fed.ok()) log_warning(fed.error().message);
   const auto shots = gathered.shots();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,7 +16,6 @@
 #include "config/section.hpp"
 #include "core/output_file.hpp"
 #include "fusion/pixel_mask.hpp"
-#include "runtime/pipeline.hpp"
 #include "sim/rig_truth.hpp"
 #include "storage/png.hpp"
 #include "survey/vehicle_masks.hpp"
@@ -91,14 +91,21 @@ storage::RgbImage picture_of(const Mask::Found& found) {
   return out;
 }
 
-Status write_lens(const std::string& out, const std::string& lens, const Mask::Found& found) {
-  const auto folder = OutputFolder::open(out);
-  if (!folder.ok()) return folder.error();
-  const auto stem = std::filesystem::path(out) / ("masks_" + lens);
+Status write_lens(const std::filesystem::path& folder, const std::string& lens, const Mask::Found& found) {
+  const auto stem = folder / ("masks_" + lens);
   if (Status written = storage::write_png(stem.string() + ".png", picture_of(found)); !written.ok()) return written;
   if (!found.is_determined) return {};
   if (Status written = write_output(stem.string() + ".yaml", masks_yaml(lens, found)); !written.ok()) return written;
   std::fputs((stem.string() + ".yaml\n").c_str(), stdout);
+  return {};
+}
+
+Status write_masks(const std::string& out, const std::vector<fusion::LensMount>& lenses,
+                   const std::vector<Mask::Found>& found) {
+  const auto folder = OutputFolder::open(out);
+  if (!folder.ok()) return folder.error();
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (Status written = write_lens(folder->path(), lenses[i].name, found[i]); !written.ok()) return written;
   return {};
 }
 
@@ -119,14 +126,7 @@ int calibrate(const CalibrateMaskOptions& options) {
   for (const survey::MaskPass& pass : survey::mask_passes(source->rig.geometry)) {
     survey::VehicleMasks masks(source->rig.colouring, survey::rig_of_pass(source->rig.geometry, pass, found),
                                options.threads);
-    config::Rig uncoloured = source->rig;
-    uncoloured.geometry.lasers.clear();  // only times and poses are needed, so that no point is coloured twice
-    runtime::Pipeline pipeline(uncoloured, 1, masks);
-    fed = source->feed(bar, [&](const Packet& packet) {
-      pipeline.process(packet);
-      return true;
-    });
-    pipeline.flush();
+    fed = source->feed_without_colours(bar, source->rig, masks);
     const std::vector<Mask::Found> of_pass = masks.finish();
     for (std::size_t i = 0; i < found.size(); ++i)
       if (pass.is_judged[i]) found[i] = of_pass[i];
@@ -137,17 +137,17 @@ int calibrate(const CalibrateMaskOptions& options) {
     log_warning(fed.error().message);
     status = kInputUnreadable;
   }
+  const auto truth = source->scenario ? std::optional(sim::rig_truth(*source->scenario)) : std::nullopt;
   for (std::size_t i = 0; i < found.size(); ++i) {
     std::fputs(said_of(lenses[i].name, found[i]).c_str(), stdout);
-    if (source->scenario)
-      std::fputs(against_truth(sim::rig_truth(*source->scenario), i, lenses[i], found[i]).c_str(), stdout);
+    if (truth) std::fputs(against_truth(*truth, i, lenses[i], found[i]).c_str(), stdout);
     if (!found[i].is_determined) status = kInputUnreadable;
-    if (options.out.empty()) continue;
-    if (const Status written = write_lens(options.out, lenses[i].name, found[i]); !written.ok()) {
+  }
+  if (!options.out.empty())
+    if (const Status written = write_masks(options.out, lenses, found); !written.ok()) {
       log_error(written.error().message);
       return kOutputRefused;
     }
-  }
   if (std::ranges::none_of(found, [](const Mask::Found& one) { return one.is_determined; })) {
     log_error("no lens has images from {} places more than a metre apart with coloured points in them: drive farther",
               Mask::kFewestViews);

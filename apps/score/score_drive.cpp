@@ -5,7 +5,6 @@
 #include "apps/score/sink_group.hpp"
 #include "apps/score/view_judges.hpp"
 #include "config/section.hpp"
-#include "runtime/pipeline.hpp"
 #include "score/metric_table.hpp"
 
 namespace hueline::apps {
@@ -17,17 +16,8 @@ ScoredDrive score_drive(DriveSource& source, const std::string& name, int thread
   out.score.scenario = name;
   // How a camera encodes light is not in a recording. Nearly all images that people look at are sRGB.
   ViewJudges views(source.rig, threads, score::LabOfRgb::Encoding::Srgb);
-  {
-    SinkGroup sinks(views.sinks());
-    config::Rig uncoloured = source.rig;
-    uncoloured.geometry.lasers.clear();  // the judges colour by themselves
-    runtime::Pipeline pipeline(uncoloured, 1, sinks);
-    out.read = source.feed(bar, [&](const Packet& packet) {
-      pipeline.process(packet);
-      return true;
-    });
-    pipeline.flush();
-  }
+  SinkGroup sinks(views.sinks());
+  out.read = source.feed_without_colours(bar, source.rig, sinks);
   views.report(out.score);
   for (const score::Metric& metric : score::metrics())
     out.score.figures.try_emplace(metric.name, score::Figure{{}, "a recording has no truth"});

@@ -8,6 +8,7 @@
 #include "apps/simulate/simulated_recording.hpp"
 #include "apps/simulate/simulated_rig.hpp"
 #include "config/scenario.hpp"
+#include "runtime/pipeline.hpp"
 #include "sim/faults/faulty_timeline.hpp"
 #include "sim/generate.hpp"
 
@@ -50,6 +51,17 @@ Status DriveSource::feed(ProgressBar& bar, const std::function<bool(const Packet
     if (packet.sequence % 512 == 0) bar.show("reading", std::min(1.0, static_cast<double>(packet.sequence) / events));
     return use(packet);
   });
+}
+
+Status DriveSource::feed_without_colours(ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink) {
+  sensors.geometry.lasers.clear();  // no point is placed, so none is coloured
+  runtime::Pipeline pipeline(sensors, 1, sink);
+  Status fed = feed(bar, [&](const Packet& packet) {
+    pipeline.process(packet);
+    return true;
+  });
+  pipeline.flush();
+  return fed;
 }
 
 }  // namespace hueline::apps

@@ -7,6 +7,7 @@
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/drive_options.hpp"
 #include "config/rig.hpp"
+#include "runtime/products.hpp"
 #include "runtime/recording.hpp"
 #include "sim/drive.hpp"
 #include "sim/scenario.hpp"
@@ -29,6 +30,10 @@ struct DriveSource {
   /// Calls `use` with every packet in order, until it returns false. `bar` shows the minute of a recording, or the
   /// share of a simulated drive.
   Status feed(ProgressBar& bar, const std::function<bool(const Packet&)>& use);
+
+  /// Gives `sink` what the pipeline of a rig makes of all packets, to their end, but for coloured points: for sinks
+  /// that need times, poses, images and returns alone, or colour by themselves.
+  Status feed_without_colours(ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink);
 };
 
 }  // namespace hueline::apps
