@@ -21,12 +21,10 @@ struct ShotCalibration {
 };
 
 /// Reads all files; a later file overrides an earlier one. The ending of the name decides the format: .json, .txt, or
-/// else YAML. docs/colour.md lists what they may hold. Throws InputError with file and key, also if
-/// one is not there.
+/// else YAML. docs/colour.md lists what they may hold. Throws InputError with file and key, also if one is not there.
 ShotCalibration read_shot_calibration(const std::vector<std::string>& paths);
 
-/// Returns the lens of one file, and prints what a user must know of it. Throws config::ConfigError, also if it has
-/// none.
+/// Returns the lens of one file, and prints what a user must know of it. Throws InputError, also if it has none.
 fusion::CameraIntrinsics read_lens(const std::string& path);
 
 /// What to do with an image whose size is not that of its lens.
