@@ -3,12 +3,10 @@
 # usage: calibrate_boresight_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 scenario=$2/tests/scenarios/boresight.yaml
+source "$(dirname "$(realpath "$0")")/../program.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-fail() { echo "FAILED: $*"; cat said.txt; exit 1; }
-ends() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
 boresight() { "$hueline" calibrate boresight "$@"; }
 
 ends 0 boresight --scenario "$scenario" --sim sims --off-deg 1 --off-m 0.05 --lever-sigma-m 0.05 --out found --date 2025-01-02

@@ -1,14 +1,12 @@
 #!/usr/bin/env bash
-# Runs hueline calibrate mask on eight seconds of a simulated street with small images, puts the result into the rig and replays with it; then on drives that determine nothing.
+# Runs hueline calibrate mask on eight seconds of a simulated street with small images, puts the result into the rig and learns it again with that; then on drives that determine nothing.
 # usage: calibrate_mask_test.sh HUELINE SOURCE_DIR
 set -euo pipefail
 hueline=$1 scenario=$2/tests/scenarios/mask.yaml
+source "$(dirname "$(realpath "$0")")/../program.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-fail() { echo "FAILED: $*"; cat said.txt; exit 1; }
-ends() { local want=$1; shift; local got=0; "$@" >said.txt 2>&1 || got=$?; [ $got = "$want" ] || fail "'$*' gave $got, not $want"; }
-says() { grep -qE -- "$1" said.txt || fail "not told: $1"; }
 mask() { "$hueline" calibrate mask "$@"; }
 
 ends 0 mask --scenario "$scenario" --sim sims --out found
