@@ -20,6 +20,9 @@ constexpr std::size_t kLasExtraDescription = 192;                     ///< of on
 constexpr std::uint8_t kLasFormatBits = 0x3F;                         ///< of the point format; the others say LAZ
 constexpr std::uint16_t kLasAdjustedTime = 1 << 0, kLasWkt = 1 << 4;  // bits of the global encoding
 
+/// The generating software in the header of a file that its writer has not closed.
+constexpr const char* kLasUnfinished = "hueline: not finished";
+
 /// A variable length record.
 struct LasVlr {
   std::string user_id;

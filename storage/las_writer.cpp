@@ -140,7 +140,7 @@ Status LasWriter::start(const std::vector<LasExtraField>& extra) {
   // Before the chunks of a LAZ file stands where its table is. That it is in this very place means that there is none
   // yet; programs then read the chunks one after another.
   if (laz_) storage::append(records, std::uint64_t{header_.point_offset});
-  const Bytes head = encode_las_header(header_);
+  const Bytes head = header_bytes();
   const ByteView pieces[] = {head, records};
   if (Status written = file_.write(pieces); !written) return written;
   return laz_ && laz_->room ? write_table(false) : Status{};
@@ -324,7 +324,13 @@ Status LasWriter::write_header() {
     header_.minimum[k] = header_.offset[k] + in_file_.lowest[k] * kGrid;
     header_.maximum[k] = header_.offset[k] + in_file_.highest[k] * kGrid;
   }
-  return file_.overwrite(0, encode_las_header(header_));
+  return file_.overwrite(0, header_bytes());
+}
+
+Bytes LasWriter::header_bytes() const {
+  LasHeader header = header_;
+  if (!is_finished_) header.generating_software = kLasUnfinished;
+  return encode_las_header(header);
 }
 
 Status LasWriter::flush() {
@@ -365,6 +371,8 @@ Status LasWriter::close() {
   Status flushed = flush();
   if (flushed && laz_) flushed = write_table(true);
   if (flushed && laz_ && laz_->tree && in_file_.points > 0) flushed = write_hierarchy();
+  is_finished_ = flushed.ok();
+  if (is_finished_) flushed = write_header();
   const Status closed = file_.close();
   return flushed ? closed : flushed;
 }

@@ -28,7 +28,8 @@ double decimal_year(const UtcTime& utc);
 /// close(); before it, the file is a LAZ file with the nodes so far.
 ///
 /// The first failed write is remembered and returned by all later calls. The file then ends with its
-/// last whole write, and its header fits that.
+/// last whole write, and its header fits that. Until close() has written everything, the header names kLasUnfinished
+/// as the software, so that a file that lacks points says so wherever it is copied to.
 /// Thread safety: none; one thread calls all functions. Threads of its own compress while it continues.
 class LasWriter {
  public:
@@ -116,6 +117,7 @@ class LasWriter {
   Status write_table(bool at_end);
   Status write_hierarchy();
   Status write_header();
+  Bytes header_bytes() const;
   Status keep_header();
   std::byte* encode(const ColouredPoint& point);
 
@@ -132,6 +134,7 @@ class LasWriter {
   Bytes buffer_;
   std::size_t used_ = 0;
   std::uint64_t next_header_ = 0;
+  bool is_finished_ = false;
 };
 
 template <const auto& Fields, class Point>

@@ -16,20 +16,21 @@
 namespace hueline::apps {
 
 Status check_run_of(const std::string& cloud) {
+  const auto reader = storage::LasReader::open(cloud);
+  if (!reader.ok() || reader->header().generating_software != storage::kLasUnfinished) return {};
   const std::filesystem::path path = cloud, folder = path.parent_path();
-  if (std::ranges::find(storage::kCloudFiles, path.filename().string()) == storage::kCloudFiles.end()) return {};
-  if (holds(folder, "summary.json") || !holds(folder, path.filename().string())) return {};
-  const bool has_recording = holds(folder, "drive.mcap");
-  if (!has_recording && !holds(folder, "view.mcap")) return {};
   if (!is_address(folder) && OutputFolder::is_held_by_another(folder))
     return Error{ErrorCode::Unavailable,
                  fmt::format("{}: a capture or replay is still writing it; this is what it has counted so far", cloud)};
   const std::string drive = folder.empty() ? "." : folder.string();
-  return Error{ErrorCode::Truncated,
-               fmt::format("{}: the {} that was to make it did not come to its end, and further points are missing; {}",
-                           cloud, has_recording ? "capture" : "replay",
-                           has_recording ? fmt::format("`hueline replay {0} --out {0}` makes the cloud whole", drive)
-                                         : "replay the recording again to make the cloud whole")};
+  const bool is_beside_recording =
+      holds(folder, "drive.mcap") &&
+      std::ranges::find(storage::kCloudFiles, path.filename().string()) != storage::kCloudFiles.end();
+  return Error{
+      ErrorCode::Truncated,
+      fmt::format("{}: the run that was to make it did not finish it, and further points are missing; {}", cloud,
+                  is_beside_recording ? fmt::format("`hueline replay {0} --out {0}` makes it whole", drive)
+                                      : "replay the recording again to make it whole")};
 }
 
 int work_on_cloud(const std::string& cloud, const std::function<int()>& work) {

@@ -136,7 +136,9 @@ told 5 "none.las: a cloud without points has no picture" picture none.las --abov
 mkdir killed
 cp drive/drive.mcap killed
 cp none.las killed/cloud.las
-ended="killed/cloud.las: the capture that was to make it did not come to its end, and further points are missing; .hueline replay killed --out killed. makes the cloud whole"
+software() { printf '%s\0' "$1" | dd of=killed/cloud.las bs=1 seek=58 conv=notrunc status=none; }
+software "hueline: not finished"
+ended="killed/cloud.las: the run that was to make it did not finish it, and further points are missing; .hueline replay killed --out killed. makes it whole"
 told 3 "$ended" picture killed --above k.png
 never_says "has no picture"
 told 3 "$ended" inspect killed/cloud.las
@@ -144,7 +146,7 @@ for profile in copc laz ply e57; do told 3 "$ended" export killed --profile $pro
 told 3 "$ended" export killed --split tile:10m --out k
 [ -z "$(ls -d k k.* 2>/dev/null)" ] || fail "of a cloud that is not known to be empty $(ls -d k k.*) was made"
 (exec 9<killed; flock 9; told 5 "killed/cloud.las: a capture or replay is still writing it" picture killed --above k.png)
-: >killed/summary.json
+software hueline
 told 5 "killed/cloud.las: a cloud without points has no picture" picture killed --above k.png
 told 3 "open absent.bag: No such file" import absent.bag --out d
 [ ! -e d ] || fail "an import without a recording made a folder"

@@ -216,6 +216,8 @@ TEST(Laz, AKilledWriterLeavesAFileThatReadsToItsLastHeader) {
   write_cloud(folder / "whole.laz", sample_cloud(180'000), compressed());
   const Bytes whole = records_of(folder / "whole.laz");
   const Bytes read = records_of(path);
+  EXPECT_EQ(LasReader::open(folder / "whole.laz")->header().generating_software, "hueline");
+  EXPECT_EQ(LasReader::open(path)->header().generating_software, kLasUnfinished);
   ASSERT_EQ(read.size(), 150'000u * 58) << "the last update came at 180 000 points, when three chunks were full";
   EXPECT_TRUE(std::equal(read.begin(), read.end(), whole.begin()));
 }
@@ -246,6 +248,7 @@ TEST(Laz, WhatWasWrittenBeforeARefusedWriteReads) {
   const auto path = folder / "cloud.laz";
   ASSERT_EQ(test::status_of_killed([&] { return test::write_into_limit(path, compressed(2)); }), 0);
   const Bytes read = records_of(path);
+  EXPECT_EQ(LasReader::open(path)->header().generating_software, kLasUnfinished);
   EXPECT_GE(read.size(), 50'000u * 58);
   EXPECT_EQ(read.size() % (50'000 * 58), 0u);
 }
