@@ -213,9 +213,11 @@ void Outputs::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajec
       return;
     }
     files_->las.emplace(std::move(*las));
-    // An earlier run's summary is not of this cloud. That there is none says that this run has not come to its end.
+    // What an earlier run said at its end is not said of this cloud. That it is missing says that this run has not come
+    // to its end.
     std::error_code ignored;
-    std::filesystem::remove(dir_ / "summary.json", ignored);
+    for (const char* file : {"summary.json", "report.html", "report.pdf"})
+      std::filesystem::remove(dir_ / file, ignored);
     if (rig_.cloud_split) begin_parts();
     const storage::MapOperation& map = files_->las->projection().operation();
     summary_.on_map({map.crs(), map.name(), map.words()});

@@ -42,6 +42,7 @@ for _ in $(seq 200); do ls las-1/parts/*.laz.part >/dev/null 2>&1 && break; kill
 kill -KILL $killed 2>/dev/null || true
 wait $killed 2>/dev/null || true
 [ ! -e las-1/parts/index.geojson ] && [ ! -e "$(ls las-1/parts/tile_*.laz 2>/dev/null | head -1)" ] || fail "parts of a killed run look finished"
+for file in summary.json report.html report.pdf; do [ ! -e las-1/$file ] || fail "$file of the run before stayed"; done
 ends 0 "$hueline" replay drive --rig rig.yaml --out las-1 --no-feed
 diff -r las-1/parts whole || fail "the replay after a kill gave other parts"
 
