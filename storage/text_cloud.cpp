@@ -129,19 +129,29 @@ bool are_colours(const std::vector<std::vector<double>>& columns, std::size_t fi
   return true;
 }
 
-/// Names the columns of rows without a title, by their number and their values.
-void name_rows(PcdCloud& cloud) {
+/// Names the columns of rows without a title, by their number and their values. Of 7 columns, a PTS has the intensity
+/// in front of the colours. In other text it stands there, too, or behind them, as CloudCompare writes it: the values
+/// tell which three are colours, or nothing does.
+void name_rows(PcdCloud& cloud, bool is_pts) {
   const std::size_t columns = cloud.columns.size();
   cloud.fields = {"x", "y", "z"};
-  const auto add_colours = [&] { cloud.fields.insert(cloud.fields.end(), {"red", "green", "blue"}); };
-  if (columns == 7 && are_colours(cloud.columns, 4)) {
-    cloud.fields.emplace_back("intensity");
-    add_colours();
-  } else if (columns >= 6 && are_colours(cloud.columns, 3)) {
-    add_colours();
-    if (columns == 7) cloud.fields.emplace_back("intensity");
+  const auto add = [&](const std::vector<std::string>& fields) {
+    cloud.fields.insert(cloud.fields.end(), fields.begin(), fields.end());
+  };
+  const bool has_colours_at_once = columns >= 6 && are_colours(cloud.columns, 3);
+  const bool has_colours_behind = columns == 7 && are_colours(cloud.columns, 4);
+  // An opacity is full throughout, which no intensity is.
+  const bool has_alpha = has_colours_at_once && has_colours_behind && !is_pts &&
+                         std::ranges::all_of(cloud.columns[6], [](double v) { return v == 255; });
+  if (has_alpha) {
+    add({"red", "green", "blue", "alpha"});
+  } else if (has_colours_behind && (is_pts || !has_colours_at_once)) {
+    add({"intensity", "red", "green", "blue"});
+  } else if (has_colours_at_once && !has_colours_behind) {
+    add({"red", "green", "blue"});
+    if (columns == 7) add({"intensity"});
   } else if (columns == 4) {
-    cloud.fields.emplace_back("intensity");
+    add({"intensity"});
   }
   while (cloud.fields.size() < columns) cloud.fields.push_back(fmt::format("column_{}", cloud.fields.size() + 1));
 }
@@ -268,7 +278,7 @@ Result<PcdCloud> decode_text_cloud(std::string_view text, const std::string& nam
     return Error{ErrorCode::Truncated, fmt::format("{}: ends behind {} of the {} points that it counts", name,
                                                    cloud.points(), cloud.points() + *left)};
   if (form->names.empty())
-    name_rows(cloud);
+    name_rows(cloud, form->has_counts);
   else
     cloud.fields = form->names;
   set_types(cloud);

@@ -31,9 +31,10 @@ Result<PcdCloud> decode_ptx(std::string_view text, const std::string& name, PtxF
 std::string text_cloud_kind(std::string_view first_bytes);
 
 /// Reads such rows, whose numbers stand between blanks, commas or semicolons. Without a title, what is behind x y z is
-/// the intensity (4 numbers), colours (6, or 7 with the intensity before or behind them) if they are whole numbers from
-/// 0 to 255, and else column_4 and so on. Errors: Malformed with the line; Truncated if a PTS has fewer points than it
-/// counts; Unsupported.
+/// the intensity (4 numbers), colours (6, or 7 with the intensity before or behind them, or with an opacity behind them
+/// that is 255 throughout) if they are whole numbers from 0 to 255, and else column_4 and so on. These are the names of
+/// 7 numbers, too, if all behind x y z could be colours and the file is no PTS: nothing tells the intensity from them.
+/// Errors: Malformed with the line; Truncated if a PTS has fewer points than it counts; Unsupported.
 Result<PcdCloud> decode_text_cloud(std::string_view text, const std::string& name);
 
 }  // namespace hueline::storage

@@ -83,6 +83,11 @@ TEST(TextCloud, NamesColumnsByTitleOrByTheirNumber) {
   EXPECT_EQ(fields("1 2 3 0 255 9\n"), (Names{"x", "y", "z", "red", "green", "blue"}));
   EXPECT_EQ(fields("1 2 3 0.1 0.2 0.3\n"), (Names{"x", "y", "z", "column_4", "column_5", "column_6"}));
   EXPECT_EQ(fields("1 2 3 4 5 6 0.5\n"), (Names{"x", "y", "z", "red", "green", "blue", "intensity"}));
+  EXPECT_EQ(fields("1 2 3 -7 255 0 9\n"), (Names{"x", "y", "z", "intensity", "red", "green", "blue"}));
+  EXPECT_EQ(fields("1 2 3 4 5 6 255\n1 2 3 7 8 9 255.0\n"), (Names{"x", "y", "z", "red", "green", "blue", "alpha"}));
+  EXPECT_EQ(fields("1 2 3 4 5 6 7\n1 2 3 7 8 9 255\n"),
+            (Names{"x", "y", "z", "column_4", "column_5", "column_6", "column_7"}));
+  EXPECT_EQ(fields("1\n1 2 3 4 5 6 255\n"), (Names{"x", "y", "z", "intensity", "red", "green", "blue"}));
   EXPECT_EQ(fields("//X Y Z Rf Gf\n1 2 3 4 5\n"), (Names{"x", "y", "z", "Rf", "Gf"}));
   EXPECT_EQ(fields("\"t\";\"x\";\"y\";\"z\"\n9;1;2;3\n"), (Names{"t", "x", "y", "z"}));
   EXPECT_EQ(fields("\"X\", \"Y\", \"Z\", \"GPS time\"\n9,1,2,3\n"), (Names{"x", "y", "z", "GPS time"}));
