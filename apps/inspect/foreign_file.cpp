@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/line_words.hpp"
+#include "core/number_word.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -66,6 +67,26 @@ bool is_rtcm3(std::string_view first) {
   return true;
 }
 
+/// A grid of Esri's, in ASCII: a line "ncols 4" in front, in small letters or capitals.
+bool is_ascii_grid(std::string_view first) {
+  const auto words = line_words(first.substr(0, first.find('\n')), " \t\r");
+  constexpr std::string_view kKey = "ncols";
+  const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return words.size() == 2 && std::ranges::equal(words[0], kKey, {}, small) && parse_number<unsigned>(words[1]);
+}
+
+bool is_image(std::string_view first) {
+  using namespace std::string_view_literals;
+  constexpr std::array kHeads = {"\xFF\xD8\xFF"sv, "\x89PNG\r\n"sv};
+  return std::ranges::any_of(kHeads, [&](std::string_view head) { return first.starts_with(head); });
+}
+
+bool is_tiff(std::string_view first) {
+  using namespace std::string_view_literals;
+  constexpr std::array kHeads = {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv};  // the latter two: BigTIFF
+  return std::ranges::any_of(kHeads, [&](std::string_view head) { return first.starts_with(head); });
+}
+
 }  // namespace
 
 std::string foreign_file(std::string_view first_bytes) {
@@ -81,6 +102,17 @@ std::string foreign_file(std::string_view first_bytes) {
     return "holds logs of a NovAtel OEM3, which are not read: logs of OEM4 to OEM7 are";
   if (is_rtcm3(first_bytes))
     return "holds corrections (RTCM 3) and no positions: give the log of the receiver that they were sent to";
+  if (is_ascii_grid(first_bytes))
+    return "is a grid of heights or other values (Esri ASCII grid) and has no points: give the cloud that it was made "
+           "of";
+  if (first_bytes.starts_with("@ TEXT @"))
+    return "is a trace of CARBUS Analyzer, which is not read: open it in SavvyCAN, and save it as a CAN log that is "
+           "(CSV)";
+  if (is_image(first_bytes))
+    return "is an image: `hueline colour` takes it with a laser cloud of the same moment and a calibration";
+  if (is_tiff(first_bytes))
+    return "is an image (TIFF), which is not read: `hueline colour` takes it as PNG or JPEG, with a laser cloud of the "
+           "same moment and a calibration";
   return {};
 }
 

@@ -1,4 +1,5 @@
 // What `hueline inspect` says of clouds and accuracies that other programs wrote.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -64,6 +65,28 @@ TEST(InspectFiles, TextIsACloudOnlyWhereItSaysSo) {
   EXPECT_EQ(format("notes", "1 2 3\n"), "");
   const auto seen = apps::inspect_file((folder / "scan").string());
   EXPECT_EQ(seen.found->at("fields").at("x"), (std::vector<double>{8, 8})) << "of the file";
+}
+
+TEST(InspectFiles, SaysWhatAFileIsThatIsNotRead) {
+  using namespace std::string_literals;
+  const TemporaryFolder folder;
+  const auto trouble = [&](const char* name, const std::string& content) {
+    test::write_file(folder / name, content);
+    const auto seen = apps::inspect_file((folder / name).string());
+    EXPECT_FALSE(seen.found) << name;
+    return seen.trouble.ok() ? std::string() : seen.trouble.error().message;
+  };
+  const auto has = [](const char* words) { return testing::HasSubstr(words); };
+  EXPECT_THAT(trouble("dem.asc", "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n"),
+              has("dem.asc is a grid of heights or other values (Esri ASCII grid) and has no points"));
+  EXPECT_THAT(trouble("dsm.asc", "NCOLS         2\r\nNROWS 1\r\n"), has("Esri ASCII grid"));
+  EXPECT_THAT(trouble("car.trc", "@ TEXT @ 3 @ 64 @ 0 @ 1 @ 1 @ 00:00:00.001 @\r0,641405\t1\t0004\t112\t1\t00\r"),
+              has("is a trace of CARBUS Analyzer, which is not read: open it in SavvyCAN"));
+  EXPECT_THAT(trouble("a.jpg", "\xFF\xD8\xFF\xE1 Exif"), has("a.jpg is an image: `hueline colour` takes it"));
+  EXPECT_THAT(trouble("a.png", "\x89PNG\r\n\x1A\n"), has("is an image: "));
+  EXPECT_THAT(trouble("a.tif", "II*\0\x08\0\0\0"s), has("is an image (TIFF), which is not read"));
+  test::write_file(folder / "words.asc", "ncols are columns\n");
+  EXPECT_THAT(apps::inspect_file((folder / "words.asc").string()).trouble.error().message, has("a frame of a CAN bus"));
 }
 
 TEST(InspectFiles, ReadsTheAccuraciesOfATrajectory) {
