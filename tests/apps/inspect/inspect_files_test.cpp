@@ -89,6 +89,14 @@ TEST(InspectFiles, SaysWhatAFileIsThatIsNotRead) {
   EXPECT_THAT(apps::inspect_file((folder / "words.asc").string()).trouble.error().message, has("a frame of a CAN bus"));
 }
 
+TEST(InspectFiles, AByteInFrontOfZerosIsNoPacketOfAnOxts) {
+  const TemporaryFolder folder;
+  test::write_file(folder / "program.bin", "MZ\xE7" + std::string(200, '\0'));
+  const auto seen = apps::inspect_file((folder / "program.bin").string());
+  EXPECT_FALSE(seen.found) << seen.found->at("format");
+  EXPECT_THAT(seen.trouble.error().message, testing::HasSubstr("none of the formats that are known"));
+}
+
 TEST(InspectFiles, ReadsTheAccuraciesOfATrajectory) {
   const TemporaryFolder folder;
   std::vector<double> records;
