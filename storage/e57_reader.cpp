@@ -135,7 +135,10 @@ Status E57Reader::read_packet() {
     const std::size_t size = std::size_t{head.take<std::uint16_t>()} + 1;
     const std::size_t streams = head.take<std::uint16_t>();
     if (size < kE57PacketHead || size % 4 != 0 || at_ + size > end_)
-      return wrong(ErrorCode::Malformed, fmt::format("a packet of {} bytes at byte {}", size, e57_place_in_file(at_)));
+      return wrong(
+          ErrorCode::Malformed,
+          fmt::format("a packet of {} bytes at byte {}, and {}", size, e57_place_in_file(at_),
+                      at_ + size > end_ ? "its section ends before it" : "lengths of packets are multiples of 4"));
     if (kind != kE57DataPacket) {  // an index, or room that is kept free
       at_ += size;
       continue;

@@ -221,6 +221,24 @@ TEST(E57, HoldsNoMoreThanItSaysOfStreamsThatAreOutOfStep) {
   EXPECT_NE(first_block(263).find("cartesianX is more than 16 MB ahead"), std::string::npos);
 }
 
+TEST(E57, SaysWhatIsWrongWithTheLengthOfAPacket) {
+  const auto why = [](std::size_t length) {
+    SmallE57 out;
+    std::string packet = SmallE57::packet({SmallE57::numbers<double>({1})});
+    packet[2] = static_cast<char>(length - 1);
+    const std::uint64_t at = out.section({packet});
+    const auto cloud =
+        read_cloud(written_e57(out.file(root_xml(scan_xml(at, 1, "<cartesianX type=\"Float\"/>")))).string());
+    return cloud.ok() ? std::string() : cloud.error().message;
+  };
+  EXPECT_EQ(why(16), "");
+  EXPECT_NE(why(15).find("a packet of 15 bytes at byte 80, and lengths of packets are multiples of 4"),
+            std::string::npos)
+      << why(15);
+  EXPECT_NE(why(64).find("a packet of 64 bytes at byte 80, and its section ends before it"), std::string::npos)
+      << why(64);
+}
+
 TEST(E57, RefusesWhatIsNoCloud) {
   const auto why = [](const std::string& xml) {
     SmallE57 out;
