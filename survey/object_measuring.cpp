@@ -9,13 +9,10 @@
 #include <utility>
 
 #include "core/angle.hpp"
+#include "survey/latest_exposure.hpp"
 
 namespace hueline::survey {
 namespace {
-
-/// How much later than a point the exposure may come out that looks at it, beside Config::around: exposures wait for
-/// their marks.
-constexpr nanoseconds kExposureLate{5'000'000'000};
 
 /// A panorama whose time differs more from that of the drive's exposure is of another drive, or of a recording whose
 /// exposures are numbered from elsewhere. The strobe delay of another rig moves it by less.
@@ -156,28 +153,30 @@ void ObjectMeasuring::look(const Shot& shot, const Held& point) {
   }
 }
 
-void ObjectMeasuring::on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) {
-  origin_ = block.origin;
+void ObjectMeasuring::on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) {
+  const auto& lasers = rig_.geometry.lasers;
+  const auto mount =
+      std::find_if(lasers.begin(), lasers.end(), [&](const auto& one) { return one.sensor == batch.sensor; });
+  if (mount == lasers.end()) return;
+  georeference(batch, *mount, trajectory, rig_.colouring.pose_step, placed_);
   // A scanner moves by millimetres from return to return: its place is asked for once in a while.
   constexpr nanoseconds kPlaceEvery{1'000'000};
-  std::map<SensorId, std::pair<GpsTime, Eigen::Vector3d>> scanners;
-  for (const ColouredPoint& point : block.points) {
-    auto [scanner, is_new] = scanners.try_emplace(point.sensor);
-    if (is_new || point.time - scanner->second.first > kPlaceEvery ||
-        scanner->second.first - point.time > kPlaceEvery) {
-      const auto mount = std::find_if(rig_.geometry.lasers.begin(), rig_.geometry.lasers.end(),
-                                      [&](const auto& one) { return one.sensor == point.sensor; });
-      const auto pose = trajectory.pose_at(point.time);
-      if (mount == rig_.geometry.lasers.end() || !pose.pose)
-        continue;  // neither can be: the point was placed with both
-      scanner->second = {point.time, (pose.pose->T_enu_body * mount->T_body_scanner).translation};
+  std::optional<GpsTime> asked;
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < placed_.size(); ++i) {
+    const GpsTime time = batch.time + nanoseconds(batch.returns[placed_.source[i]].time_offset_ns);
+    if (!asked || time - *asked > kPlaceEvery || *asked - time > kPlaceEvery) {
+      const auto pose = trajectory.pose_at(time);
+      if (!pose.pose) continue;  // cannot be: the point was placed with it
+      from = (pose.pose->T_enu_body * mount->T_body_scanner).translation;
+      asked = time;
     }
-    held_.push_back({point.time, {point.east, point.north, point.up}, scanner->second.second, point.sigma_m});
+    held_.push_back({time, {placed_.east[i], placed_.north[i], placed_.up[i]}, from, placed_.sigma_m[i]});
     for (const auto& [index, shot] : shots_)
       if (shot.exposed) look(shot, held_.back());
   }
   if (held_.empty()) return;
-  const GpsTime oldest = held_.back().time - config_.around - kExposureLate;
+  const GpsTime oldest = held_.back().time - config_.around - kLatestExposure;
   while (held_.front().time < oldest) held_.pop_front();
 }
 

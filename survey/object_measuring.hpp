@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/rig.hpp"
+#include "fusion/georeference.hpp"
 #include "fusion/object_measurement.hpp"
 #include "fusion/panorama.hpp"
 #include "runtime/products.hpp"
@@ -24,9 +25,10 @@ struct PickOutcome {
   Result<fusion::MeasuredObject> object = Error{};  ///< in the Enu frame of the drive, or why there is none
 };
 
-/// Measures objects that were picked in images, with the points that a runtime::Pipeline makes. Give it to the pipeline
-/// as sink, process the drive, then call finish(). It keeps a point as long as an exposure that sees the point can
-/// still come, so its memory does not grow with the drive. Thread safety: none; the thread of the pipeline calls it.
+/// Measures objects that were picked in images, with the returns that a runtime::Pipeline stamps. Give it to the
+/// pipeline as sink, process the drive, then call finish(). It keeps a point as long as an exposure that sees the point
+/// can still come, so its memory does not grow with the drive. Thread safety: none; the thread of the pipeline calls
+/// it.
 class ObjectMeasuring : public runtime::ProductSink {
  public:
   struct Config {
@@ -45,12 +47,13 @@ class ObjectMeasuring : public runtime::ProductSink {
                   const std::map<std::uint32_t, ListedPanorama>& panoramas = {});
 
   void on_origin(const Geodetic& origin) override { origin_ = origin; }
-  void on_cloud(const CloudBlock& block, const fusion::Trajectory& trajectory) override;
+  void on_settled_laser(const StampedLaserBatch& batch, const fusion::Trajectory& trajectory) override;
+  bool wants_settled_laser() const override { return true; }
   void on_settled_exposure(const Exposure& exposure, const fusion::Trajectory& trajectory) override;
 
   /// Returns the results in the order of the picks. Call it once, after the flush of the pipeline.
   std::vector<PickOutcome> finish();
-  /// Returns the origin of the Enu frame; empty: no point could be placed.
+  /// Returns the origin of the Enu frame; empty: the drive has no pose, so no point could be placed.
   const std::optional<Geodetic>& origin() const { return origin_; }
 
  private:
@@ -82,6 +85,7 @@ class ObjectMeasuring : public runtime::ProductSink {
   std::vector<Looking> looking_;
   std::map<std::uint32_t, Shot> shots_;  // by exposure
   std::deque<Held> held_;
+  fusion::GeoreferencedBatch placed_;
   std::optional<Geodetic> origin_;
 };
 

@@ -16,7 +16,6 @@
 #include "core/calendar.hpp"
 #include "core/geodesy.hpp"
 #include "core/output_file.hpp"
-#include "runtime/pipeline.hpp"
 #include "storage/las_writer.hpp"
 #include "storage/projection.hpp"
 #include "survey/object_measuring.hpp"
@@ -107,15 +106,7 @@ int measure(const MeasureOptions& options) {
     return opening_status(trajectory.error());
   }
   survey::ObjectMeasuring measuring(source->rig, *picks, config, panoramas);
-  Status fed;
-  {
-    runtime::Pipeline pipeline(source->rig, 2, measuring, trajectory->get());
-    fed = source->feed(bar, [&](const Packet& packet) {
-      pipeline.process(packet);
-      return true;
-    });
-    pipeline.flush();
-  }
+  Status fed = source->feed_without_colours(bar, source->rig, measuring, trajectory->get());
   bar.end();
   if (*trajectory && fed.ok()) fed = (*trajectory)->status();
   if (!fed.ok()) log_warning(fed.error().message);

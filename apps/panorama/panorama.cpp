@@ -15,7 +15,6 @@
 #include "config/section.hpp"
 #include "core/calendar.hpp"
 #include "core/output_file.hpp"
-#include "runtime/pipeline.hpp"
 #include "runtime/version.hpp"
 #include "storage/photo_file.hpp"
 #include "survey/drive_panoramas.hpp"
@@ -142,15 +141,8 @@ int panorama(const PanoramaOptions& options) {
     return written.ok();
   };
   survey::DrivePanoramas making(source->rig, config, use);
-  Status fed;
-  {
-    runtime::Pipeline pipeline(source->rig, options.threads, making, trajectory->get());
-    fed = source->feed(bar, [&](const Packet& packet) {
-      pipeline.process(packet);
-      return making.wants_more();
-    });
-    pipeline.flush();
-  }
+  Status fed =
+      source->feed_without_colours(bar, source->rig, making, trajectory->get(), [&] { return making.wants_more(); });
   making.finish();
   bar.end();
   if (*trajectory) {

@@ -53,12 +53,13 @@ Status DriveSource::feed(ProgressBar& bar, const std::function<bool(const Packet
   });
 }
 
-Status DriveSource::feed_without_colours(ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink) {
+Status DriveSource::feed_without_colours(ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink,
+                                         runtime::PostTrajectory* trajectory, const std::function<bool()>& wants_more) {
   sensors.geometry.lasers.clear();  // no point is placed, so none is coloured
-  runtime::Pipeline pipeline(sensors, 1, sink);
+  runtime::Pipeline pipeline(sensors, 1, sink, trajectory);
   Status fed = feed(bar, [&](const Packet& packet) {
     pipeline.process(packet);
-    return true;
+    return wants_more();
   });
   pipeline.flush();
   return fed;

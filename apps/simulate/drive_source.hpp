@@ -7,6 +7,7 @@
 #include "apps/progress_bar.hpp"
 #include "apps/simulate/drive_options.hpp"
 #include "config/rig.hpp"
+#include "runtime/post_trajectory.hpp"
 #include "runtime/products.hpp"
 #include "runtime/recording.hpp"
 #include "sim/drive.hpp"
@@ -31,9 +32,12 @@ struct DriveSource {
   /// share of a simulated drive.
   Status feed(ProgressBar& bar, const std::function<bool(const Packet&)>& use);
 
-  /// Gives `sink` what the pipeline of a rig makes of all packets, to their end, but for coloured points: for sinks
-  /// that need times, poses, images and returns alone, or colour by themselves.
-  Status feed_without_colours(ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink);
+  /// Gives `sink` what the pipeline of a rig makes of the packets, to their end or until `wants_more` returns false,
+  /// but for coloured points: for sinks that need times, poses, images and returns alone, or colour by themselves. The
+  /// poses are those of `trajectory`, if it is given.
+  Status feed_without_colours(
+      ProgressBar& bar, config::Rig sensors, runtime::ProductSink& sink, runtime::PostTrajectory* trajectory = nullptr,
+      const std::function<bool()>& wants_more = [] { return true; });
 };
 
 }  // namespace hueline::apps
