@@ -96,7 +96,8 @@ Inspection inspect_las(const std::string& path) {
   const Result<bool> has_unread = storage::has_unread_crs(*reader);
   if (!has_unread.ok()) return {nullptr, has_unread.error()};
   if (*has_unread) json["crs_not_read"] = "GeoTIFF keys that describe a projection that is not known here";
-  if (const Status run = check_run_of(path); out.trouble.ok() && !run.ok() && run.error().code == ErrorCode::Truncated)
+  if (const Status run = check_run_of(path, reader->header());
+      out.trouble.ok() && !run.ok() && run.error().code == ErrorCode::Truncated)
     out.trouble = run;
   return out;
 }

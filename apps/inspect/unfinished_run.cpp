@@ -15,9 +15,8 @@
 
 namespace hueline::apps {
 
-Status check_run_of(const std::string& cloud) {
-  const auto reader = storage::LasReader::open(cloud);
-  if (!reader.ok() || reader->header().generating_software != storage::kLasUnfinished) return {};
+Status check_run_of(const std::string& cloud, const storage::LasHeader& header) {
+  if (header.generating_software != storage::kLasUnfinished) return {};
   const std::filesystem::path path = cloud, folder = path.parent_path();
   if (!is_address(folder) && OutputFolder::is_held_by_another(folder))
     return Error{ErrorCode::Unavailable,
@@ -34,9 +33,9 @@ Status check_run_of(const std::string& cloud) {
 }
 
 int work_on_cloud(const std::string& cloud, const std::function<int()>& work) {
-  const Status run = check_run_of(cloud);
-  const bool was_ended = !run.ok() && run.error().code == ErrorCode::Truncated;
   const auto reader = storage::LasReader::open(cloud);
+  const Status run = reader.ok() ? check_run_of(cloud, reader->header()) : Status{};
+  const bool was_ended = !run.ok() && run.error().code == ErrorCode::Truncated;
   const bool has_no_point = reader.ok() && reader->header().point_count == 0;
   const int status = was_ended && has_no_point ? kNothingCame : work();
   if (run.ok() || (status != kDone && status != kNothingCame)) return status;
