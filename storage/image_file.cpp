@@ -52,13 +52,17 @@ bool begins_with(ByteView bytes, std::string_view signature) {
 
 bool is_png(ByteView bytes) { return begins_with(bytes, "\x89PNG\r\n\x1A\n"); }
 
+bool is_jpeg(ByteView bytes) { return begins_with(bytes, "\xFF\xD8\xFF"); }
+
 }  // namespace
 
 Result<RgbImage> decode_image(ByteView bytes) {
   if (is_png(bytes)) return decode_png(bytes);
-  if (begins_with(bytes, "\xFF\xD8\xFF")) return decode_jpeg(bytes);
+  if (is_jpeg(bytes)) return decode_jpeg(bytes);
   return Error{ErrorCode::Unsupported, "is neither a PNG nor a JPEG by its first bytes"};
 }
+
+bool is_image(ByteView first_bytes) { return is_png(first_bytes) || is_jpeg(first_bytes); }
 
 Result<StoredImage> read_image(const std::filesystem::path& path) {
   const auto bytes = read_picture_file(path);

@@ -12,6 +12,9 @@ namespace hueline::storage {
 /// than 134 million pixels).
 Result<RgbImage> decode_image(ByteView bytes);
 
+/// Returns whether a file with these first bytes is one that decode_image() decodes.
+bool is_image(ByteView first_bytes);
+
 /// An image file: its pixels as stored, and how its EXIF data want it to be shown (core/exif_orientation.hpp).
 struct StoredImage {
   RgbImage image;

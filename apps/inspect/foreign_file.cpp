@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/line_words.hpp"
 #include "core/number_word.hpp"
+#include "storage/image_file.hpp"
 
 namespace hueline::apps {
 namespace {
@@ -75,12 +77,6 @@ bool is_ascii_grid(std::string_view first) {
   return words.size() == 2 && std::ranges::equal(words[0], kKey, {}, small) && parse_number<unsigned>(words[1]);
 }
 
-bool is_image(std::string_view first) {
-  using namespace std::string_view_literals;
-  constexpr std::array kHeads = {"\xFF\xD8\xFF"sv, "\x89PNG\r\n"sv};
-  return std::ranges::any_of(kHeads, [&](std::string_view head) { return first.starts_with(head); });
-}
-
 bool is_tiff(std::string_view first) {
   using namespace std::string_view_literals;
   constexpr std::array kHeads = {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv};  // the latter two: BigTIFF
@@ -108,7 +104,7 @@ std::string foreign_file(std::string_view first_bytes) {
   if (first_bytes.starts_with("@ TEXT @"))
     return "is a trace of CARBUS Analyzer, which is not read: open it in SavvyCAN, and save it as a CAN log that is "
            "(CSV)";
-  if (is_image(first_bytes))
+  if (storage::is_image(std::as_bytes(std::span(first_bytes))))
     return "is an image: `hueline colour` takes it with a laser cloud of the same moment and a calibration";
   if (is_tiff(first_bytes))
     return "is an image (TIFF), which is not read: `hueline colour` takes it as PNG or JPEG, with a laser cloud of the "
