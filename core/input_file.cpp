@@ -139,6 +139,13 @@ Status InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
   return {};
 }
 
+bool InputFile::look_again() {
+  struct stat facts {};
+  if (fd_ < 0 || ::fstat(fd_, &facts) != 0 || static_cast<std::uint64_t>(facts.st_size) <= size_) return false;
+  size_ = static_cast<std::uint64_t>(facts.st_size);
+  return true;
+}
+
 Status InputFile::check_on_this_computer() const {
   if (!remote_) return {};
   return Error{ErrorCode::Unsupported,

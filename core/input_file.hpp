@@ -34,8 +34,11 @@ class InputFile {
   /// Returns the same file as a stream, to read it from front to back. The caller closes the stream; the protection
   /// against overwriting ends with this object. Errors: Io.
   Result<std::FILE*> stream() const;
-  /// Returns the size of the file when it was opened, in bytes.
+  /// Returns the size of the file when it was opened, or when it was looked at again, in bytes.
   std::uint64_t size() const { return size_; }
+  /// Looks how large the file is now, which another program may be writing. Returns whether it has grown. A file at an
+  /// address keeps its size.
+  bool look_again();
   const std::filesystem::path& path() const { return path_; }
 
   /// For what is read by libraries that open files themselves: Unsupported if the file is at an address.

@@ -72,6 +72,7 @@ Status JournalReader::open_first() {
   if (!header) return header.error();
   header_ = std::move(*header);
   mcap_ = std::move(*mcap);
+  mcap_->skip_chunks_without(only_);
   recording_ = SegmentPlace::of(header_).recording;
   segments_ = {first_of(path_)};
   segments_.front().path = path_;
@@ -86,6 +87,7 @@ Status JournalReader::open_first() {
     if (const auto file = InputFile::open(segments_[i].path); file.ok()) file_size_ += file->size();
   at_ = 0;
   bytes_before_ = 0;
+  segments_missed_ = 0;
   last_sequence_.reset();
   peeked_.reset();
   end_.reset();
@@ -148,12 +150,41 @@ Result<Packet> JournalReader::next_of_segment() {
   }
 }
 
+/// Returns the next segment, if the list does not have it yet and the present one has ended: it was closed, or the next
+/// one has a packet already, which is written after the present one was left.
+std::optional<Segment> JournalReader::segment_begun_since() const {
+  if (recording_.empty() || is_other_segment_left()) return {};
+  const auto found = find_segments(path_);
+  if (!found.ok()) return {};
+  const auto next = std::ranges::upper_bound(*found, segments_[at_].number, {}, &Segment::number);
+  if (next == found->end()) return {};
+  auto mcap = McapReader::open(next->path);
+  const auto header = mcap.ok() ? read_header(next->path, *mcap) : Result<JournalHeader>(mcap.error());
+  if (!header.ok() || SegmentPlace::of(*header).recording != recording_) return {};
+  const bool is_left = !mcap_ || mcap_->is_whole() || mcap->next().ok();
+  return is_left ? std::optional(*next) : std::nullopt;
+}
+
+bool JournalReader::look_again() {
+  if (segments_.empty()) return false;
+  peeked_.reset();
+  // The present segment is looked at last: what was written into it before the next one began is there by then.
+  const auto next = segment_begun_since();
+  if (mcap_ && mcap_->look_again()) return true;
+  if (!next) return false;
+  end_.reset();
+  segments_.push_back(*next);
+  // The newest of all, which may be far ahead, knows what the ring has removed before this one.
+  if (const auto found = find_segments(path_); found.ok()) newest_ = place_of_newest(*found, recording_);
+  return true;
+}
+
 /// Opens the next segment. Returns Malformed if something is missing between the two; reading goes on in any case.
 Status JournalReader::go_on(const Error& end) {
   const Segment before = segments_[at_];
   if (mcap_) bytes_before_ += mcap_->file_size();
   // Of packets that were passed over nobody knows the sequence.
-  if (mcap_ && mcap_->chunks_skipped() > 0 && skip_before_ > 0) last_sequence_.reset();
+  if (mcap_ && mcap_->chunks_skipped() > 0 && (skip_before_ > 0 || !only_.empty())) last_sequence_.reset();
   mcap_.reset();
   const Segment& present = segments_[++at_];
   const auto left_out = [&](const std::string& why) {
@@ -173,6 +204,7 @@ Status JournalReader::go_on(const Error& end) {
     return left_out(present.path.string() + " is of another recording than " + segments_.front().path.string());
   mcap_ = std::move(*mcap);
   mcap_->skip_chunks_before(skip_before_);
+  mcap_->skip_chunks_without(only_);
   return check_place(*header, before, end);
 }
 
@@ -183,6 +215,7 @@ Status JournalReader::check_place(const JournalHeader& header, const Segment& be
   std::uint32_t missing = 0;
   for (std::uint32_t number = before.number + 1; number < present.number; ++number)
     missing += !newest_.is_removed(number) && !place.is_removed(number);
+  segments_missed_ += present.number - before.number - 1 - missing;
   if (missing > 0)
     return Error{ErrorCode::Malformed,
                  fmt::format("{} of the segments between {} and {} are missing: copy them beside the others", missing,
@@ -191,6 +224,11 @@ Status JournalReader::check_place(const JournalHeader& header, const Segment& be
     return {};
   return Error{ErrorCode::Malformed,
                fmt::format("{}; {} goes on behind what is missing", end.message, present.path.string())};
+}
+
+void JournalReader::read_only(const std::vector<SensorId>& sensors) {
+  only_ = sensors;
+  if (mcap_) mcap_->skip_chunks_without(only_);
 }
 
 void JournalReader::skip_before(HostTime time) {

@@ -44,9 +44,20 @@ class JournalReader final : public PacketSource {
   const Result<Packet>& peek();
   void close() override;
 
+  /// For a recording that another program is writing: looks whether more of it is there now. If so, next() goes on
+  /// after the EndOfData or Truncated that it returned, in this segment or in one that was begun since, and this
+  /// returns true.
+  bool look_again();
+  /// Returns whether next() has come to the end of a segment that was closed, and that no other follows.
+  bool is_closed() const { return mcap_ && mcap_->is_whole() && !is_other_segment_left(); }
+
   /// Passes over chunks of which every packet came before `time`, until the first packet that did not: whoever seeks
   /// needs not read what lies before. Packets before `time` may still be returned.
   void skip_before(HostTime time);
+  /// Passes over chunks without a packet of these sensors: whoever needs the POS alone needs not read the images. Other
+  /// sensors' packets may still be returned, and what is damaged in what is passed over is not told. Empty: reads all
+  /// again.
+  void read_only(const std::vector<SensorId>& sensors);
   /// Returns whether the present file has an index, without which skip_before() reads a part of every chunk.
   bool has_index() { return mcap_ && mcap_->has_index(); }
   /// Returns when the newest packet came, without reading the packets; empty if that is not possible. It reads the end
@@ -60,6 +71,8 @@ class JournalReader final : public PacketSource {
   const std::vector<Segment>& segments() const { return segments_; }
   /// What a ring has removed of the recording, as its last segment says.
   RemovedSegments removed() const { return newest_.removed_so_far(); }
+  /// Segments that the ring had removed before this reader came to them.
+  std::uint64_t segments_missed() const { return segments_missed_; }
 
  private:
   explicit JournalReader(std::filesystem::path path) : path_(std::move(path)) {}
@@ -68,6 +81,7 @@ class JournalReader final : public PacketSource {
   Result<Packet> next_of_segment();
   bool is_other_segment_left() const { return at_ + 1 < segments_.size(); }
   Status go_on(const Error& end);
+  std::optional<Segment> segment_begun_since() const;
   Status check_place(const JournalHeader& header, const Segment& before, const Error& end);
 
   const std::filesystem::path path_;
@@ -81,7 +95,8 @@ class JournalReader final : public PacketSource {
   std::optional<Result<Packet>> peeked_;
   std::optional<Error> end_;       // how the last segment ended, if it could not be opened
   std::uint64_t skip_before_ = 0;  // received, ns; 0: nothing is skipped
-  std::uint64_t bytes_before_ = 0, file_size_ = 0;
+  std::vector<SensorId> only_;     // empty: all
+  std::uint64_t bytes_before_ = 0, file_size_ = 0, segments_missed_ = 0;
   bool untouched_ = true;  // open() right after the static open() does not read the header again
 };
 

@@ -99,6 +99,13 @@ Result<McapMessage> McapReader::next() {
   }
 }
 
+bool McapReader::look_again() {
+  const bool was_cut = end_ && end_->code == ErrorCode::Truncated;
+  if (!file_.look_again() || !was_cut) return false;
+  end_.reset();
+  return true;
+}
+
 std::optional<Error> McapReader::take_from_chunk(std::optional<McapMessage>& message) {
   const auto give_up = [&](const char* what) {
     chunk_ = Buffer();
@@ -168,7 +175,7 @@ std::optional<Error> McapReader::read_record() {
     end_ = error;
     return error;
   };
-  if (skip_before_ > 0 && pass_over_by_index()) return {};
+  if ((skip_before_ > 0 || !only_.empty()) && pass_over_by_index()) return {};
   const std::uint64_t left = file_.size() - at_;
   if (left == 0) return finish(truncated(at_, "without the end mark: the recording was cut off"));
   if (left < kMcapRecordHead) return finish(truncated(at_, "inside a record"));
@@ -198,6 +205,7 @@ std::optional<Error> McapReader::read_record() {
     Error error = check_end(content.take<std::uint32_t>());
     // Damage found at the end is reported once. A caller that continues after Malformed must come to an end.
     end_ = error.code == ErrorCode::Malformed ? Error{ErrorCode::EndOfData, "end of " + file_.path().string()} : error;
+    if (error.code == ErrorCode::Truncated) at_ = record_at;  // look_again() reads it again
     return error;
   }
   data_crc_ = crc32(data_crc_, head);
@@ -315,23 +323,34 @@ const std::vector<McapReader::IndexedChunk>& McapReader::index() {
     chunk.newest = in.take<std::uint64_t>();
     chunk.begin = in.take<std::uint64_t>();
     const auto length = in.take<std::uint64_t>();
-    in.take_bytes(in.take<std::uint32_t>());  // where the messages' indexes are
+    ByteReader of_messages(in.take_bytes(in.take<std::uint32_t>()));  // where the index of each channel is
+    while (of_messages.ok() && of_messages.remaining() > 0) {
+      chunk.channels.push_back(of_messages.take<std::uint16_t>());
+      of_messages.take<std::uint64_t>();
+    }
     const auto indexes = in.take<std::uint64_t>();
     const std::uint64_t left = footer->summary_at - std::min(chunk.begin, footer->summary_at);
-    if (!in.ok() || length > left || indexes > left - length) return *index_;
+    if (!in.ok() || !of_messages.ok() || length > left || indexes > left - length) return *index_;
     chunk.end = chunk.begin + length + indexes;
     if (!chunks.empty() && chunk.begin < chunks.back().end) return *index_;
-    chunks.push_back(chunk);
+    chunks.push_back(std::move(chunk));
   }
   index_ = std::move(chunks);
   return *index_;
 }
 
-/// Passes over the chunks at this place that are too old, and over what follows each. Returns whether there were some.
+bool McapReader::is_passed_over(const IndexedChunk& chunk) const {
+  if (chunk.newest < skip_before_) return true;
+  return !only_.empty() && !chunk.channels.empty() &&
+         std::ranges::find_first_of(chunk.channels, only_) == chunk.channels.end();
+}
+
+/// Passes over the chunks at this place that are not wanted, and over what follows each. Returns whether there were
+/// some.
 bool McapReader::pass_over_by_index() {
   auto chunk = std::ranges::lower_bound(index(), at_, {}, &IndexedChunk::begin);
   const std::uint64_t before = at_;
-  for (; chunk != index().end() && chunk->begin == at_ && chunk->newest < skip_before_; ++chunk, ++chunks_skipped_)
+  for (; chunk != index().end() && chunk->begin == at_ && is_passed_over(*chunk); ++chunk, ++chunks_skipped_)
     at_ = chunk->end;
   return at_ > before;
 }

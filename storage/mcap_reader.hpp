@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/buffer.hpp"
@@ -39,10 +40,19 @@ class McapReader {
   /// - Io, Unsupported.
   Result<McapMessage> next();
 
+  /// For a file that another program is writing: looks how far it is now. If it has grown since next() returned
+  /// Truncated, next() goes on with what has come, and this returns true.
+  bool look_again();
+  /// Returns whether next() has returned EndOfData.
+  bool is_whole() const { return end_ && end_->code == ErrorCode::EndOfData; }
+
   /// Passes over chunks that hold only messages with an earlier `log_time`, ns, without reading them; the CRC and the
   /// counts of the whole file are then not checked. Chunks that hold others are read whole. 0: reads all again. Which
   /// these are is taken from the index in the summary; of a file without one the head of each chunk is read.
   void skip_chunks_before(std::uint64_t log_time) { skip_before_ = log_time; }
+  /// Passes over chunks that hold no message of these channels, without reading them, likewise; of a file without an
+  /// index nothing is passed over. Empty: reads all again.
+  void skip_chunks_without(std::vector<std::uint16_t> channels) { only_ = std::move(channels); }
   std::uint64_t chunks_skipped() const { return chunks_skipped_; }
   /// Returns whether the file has an index of its chunks. The first call reads it.
   bool has_index() { return !index().empty(); }
@@ -71,9 +81,11 @@ class McapReader {
   std::optional<Error> take_from_chunk(std::optional<McapMessage>& message);
   Error check_end(std::uint32_t stated_data_crc);
   struct IndexedChunk {
-    std::uint64_t begin = 0, end = 0;  // in the file; the messages' indexes, which follow a chunk, included
-    std::uint64_t newest = 0;          // log time, ns
+    std::uint64_t begin = 0, end = 0;     // in the file; the messages' indexes, which follow a chunk, included
+    std::uint64_t newest = 0;             // log time, ns
+    std::vector<std::uint16_t> channels;  // of its messages; empty: not known
   };
+  bool is_passed_over(const IndexedChunk& chunk) const;
   const std::vector<IndexedChunk>& index();
   bool pass_over_by_index();
   Error truncated(std::uint64_t at, const std::string& inside) const;
@@ -88,6 +100,7 @@ class McapReader {
   std::uint32_t data_crc_ = 0;
   std::uint64_t unpacked_ = 0;  // bytes of all compressed chunks so far
   std::uint64_t skip_before_ = 0, chunks_skipped_ = 0;
+  std::vector<std::uint16_t> only_;                 // channels; empty: all
   std::optional<std::vector<IndexedChunk>> index_;  // in the order of the file; empty: not read yet
   bool damage_reported_ = false;
   std::optional<Error> end_, pending_;  // pending_: an error met while opening, returned by the first next()

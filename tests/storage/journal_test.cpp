@@ -1,5 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "storage/journal_reader.hpp"
 #include "storage/journal_writer.hpp"
 #include "storage/raw_packet.hpp"
@@ -142,6 +148,61 @@ TEST(JournalReader, ReadsZeroCopyFromItsChunk) {
   reader->reset();  // packets outlive the reader
   ASSERT_EQ(kept.size(), packets.size());
   for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_TRUE(same(kept[i], packets[i]));
+}
+
+TEST(JournalReader, ReadsOnlyChunksOfTheSensorsThatAreWanted) {
+  const TemporaryFolder folder;
+  const auto path = folder / "drive.mcap";
+  const auto packets = sample_packets(400, 50'000);  // sensor 2 sends images
+  JournalWriter::Config config;
+  config.chunk_bytes = 20'000;
+  record(path, packets, config);
+  const auto without_images = [&] {
+    std::vector<Packet> out;
+    for (const Packet& packet : packets)
+      if (packet.sensor != 2 || packet.bytes.size() < 50'000) out.push_back(packet);
+    return out;
+  }();
+  ASSERT_LT(without_images.size(), packets.size() - 100);
+  // A byte of an image is damaged, which nobody sees who does not read it.
+  {
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    const auto& image = *std::find_if(packets.begin() + 200, packets.end(),
+                                      [](const Packet& one) { return one.bytes.size() == 50'000; });
+    const std::string bytes = test::contents(path);
+    const std::string_view pixels(reinterpret_cast<const char*>(image.bytes.bytes().data()), image.bytes.size());
+    const std::size_t at = bytes.find(pixels);
+    ASSERT_NE(at, std::string::npos);
+    file.seekp(static_cast<std::streamoff>(at + 100)).put(static_cast<char>(pixels[100] ^ 1));
+  }
+  auto reader = JournalReader::open(path);
+  ASSERT_TRUE(reader);
+  const auto read = [&](std::vector<ErrorCode>& ends) {
+    std::vector<Packet> out;
+    for (;;) {
+      if (auto packet = (*reader)->next({})) {
+        out.push_back(*packet);
+        continue;
+      } else if (ends.push_back(packet.error().code); ends.back() != ErrorCode::Malformed) {
+        return out;
+      }
+    }
+  };
+  std::vector<ErrorCode> ends;
+  (*reader)->read_only({1, 3});
+  const auto some = read(ends);
+  ASSERT_EQ(some.size(), without_images.size());
+  for (std::size_t i = 0; i < some.size(); ++i) ASSERT_TRUE(same(some[i], without_images[i])) << i;
+  EXPECT_EQ(ends, std::vector{ErrorCode::EndOfData});
+  (*reader)->read_only({});
+  ASSERT_TRUE((*reader)->open());
+  EXPECT_EQ(read(ends).size(), packets.size() - 1) << "all are read again, and the damaged one is left out";
+  // Of a recording that was cut, all is read.
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 100);
+  reader = JournalReader::open(path);
+  ASSERT_TRUE(reader);
+  (*reader)->read_only({1, 3});
+  EXPECT_EQ(read(ends).size(), packets.size() - 1);
 }
 
 }  // namespace
