@@ -10,7 +10,10 @@
 namespace hueline::storage {
 namespace {
 
-Rgb sky(int row, int height) {
+/// Returns what is drawn where no point is: the sky, and below the horizon a grey that is not taken for snow.
+Rgb backdrop(int row, int height, double horizon) {
+  constexpr Rgb kGround{84, 85, 87};
+  if (row > horizon) return kGround;
   const double down = static_cast<double>(row) / height;
   const auto mix = [down](int top, int bottom) { return static_cast<std::uint8_t>(top + (bottom - top) * down); };
   return {mix(150, 225), mix(180, 230), mix(215, 235)};
@@ -51,10 +54,10 @@ Result<StreetView> picture_from_street(const std::filesystem::path& las, const S
   const int margin = static_cast<int>(std::ceil(closing));
   const int width = config.width + 2 * margin, height = config.height + 2 * margin;
   PointCanvas canvas(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) canvas.image.at(x, y) = sky(y, height);
-
   const double focal = config.width / 2.0 / portable::tan(config.horizontal_view / 2);
+  const double horizon = 0.5 * (height - 1) + focal * portable::tan(std::clamp(config.pitch, -1.5, 1.5));
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) canvas.image.at(x, y) = backdrop(y, height, horizon);
   const PointView view_of(config.position, config.heading, config.pitch, focal, width, height);
   reader->rewind();
   Status cut;
