@@ -144,6 +144,17 @@ struct RigKeys {
     keys.section({"watch", "", "How images and laser are watched for a drift of mounting and times."}, rig.watch);
     keys.section({"cloud", "", "The file of the coloured points, and the parts of it that are written beside it."},
                  cloud);
+    keys.section({"panoramas", "",
+                  "Panoramas that are made of the recording while the vehicle drives, in the folder `panoramas` of the "
+                  "drive: those that `hueline panorama` makes afterwards with options of the same names.",
+                  "none"},
+                 rig.panoramas);
+    keys.section({"images", "",
+                  "Images of the lenses with their poses that are written while the vehicle drives, in the folder "
+                  "`images` of the drive: those that `hueline export --profile images --points 0` writes afterwards "
+                  "with options of the same names.",
+                  "none"},
+                 rig.images);
     keys.section(
         {"recording", "", "How the recording is split into files, what of it is kept, and how images are stored."},
         rig.recording);
@@ -186,6 +197,9 @@ struct RigKeys {
     for (const auto& check : {&RigKeys::require_one_time, &RigKeys::place_head})
       if (KeyError wrong = (this->*check)(); !wrong.empty()) return wrong;
     untie_from_log();
+    for (const auto& [key, is_there] :
+         {std::pair("panoramas", rig.panoramas.has_value()), {"images", rig.images.has_value()}})
+      if (is_there && !head) return {key, "needs a camera head: the rig has no key head"};
     if (const std::string wrong = rig.geometry.validate(); !wrong.empty()) return {"", wrong};
     return {"", rig.sync.validate()};
   }

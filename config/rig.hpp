@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calibration/mount/calibration_watch.hpp"
+#include "config/drive_products.hpp"
 #include "config/health_limits.hpp"
 #include "drivers/device.hpp"
 #include "fusion/colouring.hpp"
@@ -48,7 +49,8 @@ struct Rig {
   storage::MapConfig map;              ///< of the cloud
   storage::CloudFormat cloud_format = storage::CloudFormat::Las;
   std::optional<storage::CloudSplit> cloud_split{};  ///< the parts that are written beside the cloud; empty: none
-
+  std::optional<PanoramaKeys> panoramas{};           ///< that are made while the vehicle drives; empty: none
+  std::optional<ImageKeys> images{};                 ///< likewise
   storage::RecordingConfig recording;
 
   /// Returns the name of the file of the coloured points.

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -70,6 +71,15 @@ std::optional<int> Child::take_end() {
 
 void Child::ask_to_end() const {
   if (pid_ > 0) ::kill(pid_, SIGTERM);
+}
+
+void give_way() {
+  constexpr int kNiceness = 10;
+  (void)::setpriority(PRIO_PROCESS, 0, kNiceness);
+  // The kernel may share the processors among sessions first, where the priority of a process counts for nothing.
+  if (std::ofstream session("/proc/self/autogroup"); session) session << kNiceness;
+  // It ends before the capture, whose protection it has inherited, when memory runs out.
+  if (std::ofstream memory("/proc/self/oom_score_adj"); memory) memory << 500;
 }
 
 std::filesystem::path program_beside_this(const std::string& name) {

@@ -36,6 +36,10 @@ class Child {
   pid_t pid_ = -1;
 };
 
+/// Lets the other programs of this computer have the processors first, and the memory: for a program that works beside
+/// a capture.
+void give_way();
+
 /// Returns the path of the program of that name in the folder of the running one, where an installation has both.
 std::filesystem::path program_beside_this(const std::string& name);
 

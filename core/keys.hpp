@@ -213,6 +213,14 @@ class Keys {
     return take_word(key, chosen, words);
   }
 
+  /// One word of a fixed set; the member holds the word itself.
+  bool word(const Key& key, std::string& value, const std::vector<std::string>& words) {
+    const auto found = std::find(words.begin(), words.end(), value);
+    std::optional<std::size_t> chosen;
+    if (found != words.end()) chosen = static_cast<std::size_t>(found - words.begin());
+    return take_word(key, chosen, words) && (value = words[*chosen], true);
+  }
+
   bool numbers(const Key& key, std::vector<double>& values, Range range, Count count = {}) {
     return take_numbers(key, values, range, count, false);
   }

@@ -53,7 +53,7 @@ struct Outputs::Files {
 
 Outputs::Outputs(const config::Rig& rig, OutputFolder folder, Tell tell)
     : folder_(std::move(folder)),
-      dir_(folder_.path()),
+      dir_(folder_->path()),
       tell_(std::move(tell)),
       rig_(rig),
       summary_(rig.sensor_names()),
@@ -316,6 +316,7 @@ Status Outputs::finish(const Health* health) {
     keep("report.pdf", write_output(dir_ / "report.pdf", report_pdf(report)));
   }
   keep("summary.json", write_output(dir_ / "summary.json", json_text(summary_.json(), 2) + "\n"));
+  folder_.reset();
   return first_error_;
 }
 

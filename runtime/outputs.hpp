@@ -52,7 +52,7 @@ class Outputs : public ProductSink {
 
   /// Closes the files and writes summary.json. Returns the first error of any file.
   /// With `health`, of the pipeline after its flush(), the drive is judged, and report.html and report.pdf are
-  /// written.
+  /// written. Nobody holds the folder afterwards.
   Status finish(const Health* health = nullptr);
 
   Summary& summary() { return summary_; }
@@ -72,7 +72,7 @@ class Outputs : public ProductSink {
   template <class Append>
   void view(Append append);
 
-  const OutputFolder folder_;
+  std::optional<OutputFolder> folder_;
   const std::filesystem::path dir_;
   const Tell tell_;
   std::function<void(const HealthChange&)> tell_health_;

@@ -203,6 +203,7 @@ HostFacts read_host_facts() {
   std::error_code unknown;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", unknown);
   facts.has_guest = unknown || std::filesystem::exists(program.parent_path() / "hueline-guest", unknown);
+  facts.has_office = unknown || std::filesystem::exists(program.parent_path() / "hueline-office", unknown);
   return facts;
 }
 
@@ -226,6 +227,9 @@ std::vector<Finding> check_host(const config::Rig& rig, const HostFacts& facts, 
   if (has_camera && !facts.has_guest)
     out.push_back({true, "computer", "hueline-guest is missing beside the program: no camera can be read",
                    "install it beside hueline"});
+  if (rig.panoramas && !facts.has_office)
+    out.push_back({false, "computer", "hueline-office is missing beside the program: no panoramas are made",
+                   "install it beside hueline (the package hueline-tools), or make them in the office"});
   const double rate = facts.recorded_bytes_per_s +
                       cloud_bytes_a_point(rig.cloud_format, rig.cloud_split.has_value()) * facts.points_per_s;
   if (facts.free_bytes >= 0 && rate > 0) {

@@ -25,6 +25,7 @@ struct HostFacts {
   std::string clock_source;         ///< the kernel's
   bool has_net_admin = false;       ///< sockets may have larger buffers than rmem_max
   bool has_guest = true;            ///< hueline-guest lies beside the program
+  bool has_office = true;           ///< hueline-office lies beside the program
   std::int64_t free_bytes = -1;     ///< of the disk of the recording
   double disk_bytes_per_s = -1;     ///< that it takes
   double recorded_bytes_per_s = 0;  ///< that the sensors sent

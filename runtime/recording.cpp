@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -16,6 +18,10 @@
 #include "runtime/version.hpp"
 
 namespace hueline::runtime {
+
+namespace {
+constexpr std::chrono::milliseconds kFollowEvery{100};  // at a recording that is followed
+}
 
 storage::JournalHeader journal_header(const config::Rig& rig) {
   storage::JournalHeader header;
@@ -91,16 +97,39 @@ Result<Recording> Recording::open(const std::string& named, const std::string& r
 Status Recording::for_each(const std::function<bool(const Packet&)>& use) {
   Status first;
   for (;;) {
-    Result<Packet> packet = journal->next({});
+    Result<Packet> packet = journal->next(follows.value_or(std::stop_token()));
     if (packet.ok()) {
       if (!use(*packet)) return first;
       continue;
     }
     const Error& error = packet.error();
+    const bool is_end = error.code == ErrorCode::EndOfData || error.code == ErrorCode::Truncated;
+    if (is_end && follows && is_more_coming()) continue;
     if (error.code == ErrorCode::EndOfData) return first;
     if (first.ok() || error.code == ErrorCode::Io) first = error;
     if (error.code != ErrorCode::Malformed) return first;
   }
+}
+
+/// At an end of what is there: waits for more. Returns false if none can come.
+bool Recording::is_more_coming() {
+  const std::filesystem::path file = journal->segments().front().path;
+  for (;;) {
+    // Asked before the file is looked at: what the capture wrote last is there when it is gone.
+    const bool is_written = OutputFolder::is_held_by_another(file.parent_path());
+    if (journal->look_again()) return true;
+    if (journal->is_closed() || !is_written) return false;
+    if (follows->stop_requested()) return true;  // next() says so
+    std::this_thread::sleep_for(kFollowEvery);
+  }
+}
+
+void wait_for_recording(const std::string& named, const std::stop_token& stop) {
+  const std::filesystem::path file = drive_file(named);
+  // A folder whose capture has not made its file yet.
+  const std::filesystem::path folder = is_folder(file) ? file : file.parent_path();
+  while (!stop.stop_requested() && OutputFolder::is_held_by_another(folder) && !open_journal(named).ok())
+    std::this_thread::sleep_for(kFollowEvery);
 }
 
 Status for_each_solution(const config::Rig& rig,
@@ -130,6 +159,14 @@ Status for_each_solution(const config::Rig& rig,
   });
   decoder->flush(measurements);
   take();
+  return read;
+}
+
+Status for_each_solution(Recording& recording, const std::function<void(const InsSolution&)>& use) {
+  recording.journal->read_only({recording.rig.sync.pos});
+  const Status read = for_each_solution(
+      recording.rig, [&](const auto& take) { return recording.for_each(take); }, use);
+  recording.journal->read_only({});
   return read;
 }
 

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "config/rig.hpp"
@@ -33,6 +35,8 @@ Result<std::string> find_cloud(const std::string& named);
 struct Recording {
   config::Rig rig;
   std::unique_ptr<storage::JournalReader> journal;
+  /// If set, for_each() follows a recording that a capture is writing.
+  std::optional<std::stop_token> follows{};
 
   /// Opens a recording or a drive's folder. If `rig_file` is empty, the rig inside the recording is used; another rig
   /// must name the same sensors in the same order. Errors: Invalid if the sensors differ; Unsupported if the rig inside
@@ -41,14 +45,24 @@ struct Recording {
   static Result<Recording> open(const std::string& path, const std::string& rig_file = {});
 
   /// Calls `use` for every packet in order until it returns false. Damaged chunks are skipped and reported at the end.
-  /// Returns ok at a whole end.
+  /// Returns ok at a whole end. With `follows` it waits at the present end of the recording for more, until the capture
+  /// has closed the recording or is gone; Stopped if a stop is requested.
   Status for_each(const std::function<bool(const Packet&)>& use);
+
+ private:
+  bool is_more_coming();
 };
+
+/// Waits until a recording that a capture is beginning to write can be opened, or nobody writes it, or `stop`.
+void wait_for_recording(const std::string& named, const std::stop_token& stop);
 
 /// Calls `use` for every solution of the rig's POS among the packets that `feed` gives, in order, with the sigma that
 /// the POS gave last. Returns the status of `feed`.
 Status for_each_solution(const config::Rig& rig,
                          const std::function<Status(const std::function<bool(const Packet&)>& take)>& feed,
                          const std::function<void(const InsSolution&)>& use);
+/// The same of a recording. What holds no packet of the POS is not read, if the recording has an index: images are most
+/// of it.
+Status for_each_solution(Recording& recording, const std::function<void(const InsSolution&)>& use);
 
 }  // namespace hueline::runtime

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "config/rig.hpp"
+#include "core/exposure_choice.hpp"
 #include "core/geodesy.hpp"
 #include "fusion/depth_panorama.hpp"
 #include "fusion/georeference.hpp"
 #include "fusion/panorama_renderer.hpp"
 #include "fusion/worker_pool.hpp"
-#include "runtime/exposure_choice.hpp"
 #include "runtime/products.hpp"
 
 namespace hueline::survey {
@@ -52,7 +52,7 @@ struct DrivePanorama {
 class DrivePanoramas : public runtime::ProductSink {
  public:
   struct Config {
-    runtime::ExposureChoice choice;
+    ExposureChoice choice;
     std::uint32_t width = 0;  ///< px, even; 0: what the lenses resolve. The height is half of it
     PanoramaOrientation orientation = PanoramaOrientation::Heading;
     /// What the vehicle hides comes from exposures before and after, from places near by. Needs use_depth.

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/capture/capture_ending.hpp"
+#include "apps/capture/followers.hpp"
 #include "apps/capture/rig_sources.hpp"
 #include "apps/commands.hpp"
 #include "apps/exit_code.hpp"
@@ -201,6 +202,7 @@ struct Watched {
   runtime::DiskReserve& reserve;
   const std::atomic<std::uint64_t>& points;
   HealthLines& health;
+  Followers& followers;
   bool is_live;  ///< at least one sensor is a device, not a recording
 };
 
@@ -229,6 +231,7 @@ bool watch_run(const Watched& watched, const CaptureOptions& options, const Stop
     }
     log_news(run, [&] { progress.end(); });
     watched.health.show([&] { progress.end(); });
+    watched.followers.look(watched.reserve);
     const double seconds = to_seconds(drivers::host_now() - begin);
     watched.reserve.note(run.recorded_bytes(), seconds);
     service_manager::tell_alive(fmt::format("{:.0f} s, {:.1f} MB recorded, {} points", seconds,
@@ -431,7 +434,8 @@ int capture(const CaptureOptions& options) {
   run.start();
   reachable.begin(run);
   service_manager::tell_ready();
-  const bool was_in_place = watch_run({run, reserve, points, health, is_live}, options, signals);
+  Followers followers(rig, dir);
+  const bool was_in_place = watch_run({run, reserve, points, health, followers, is_live}, options, signals);
   service_manager::tell_stopping();
   run.stop(signals.at_once());
   reachable.end();
@@ -451,7 +455,9 @@ int capture(const CaptureOptions& options) {
   summarise(ending, was_in_place, rig, run, sink.summary());
   ending.finished = sink.finish(&pipeline.health());
   std::fputs(sink.summary().text().c_str(), stdout);
-  const int status = status_of_files(ending, run, recording);
+  const int followed = followers.finish(signals);
+  int status = status_of_files(ending, run, recording);
+  if (status == kDone) status = followed;
   // A reader that a device's library holds cannot be joined. The process ends without it.
   if (status == kStopped && run.is_a_reader_stuck()) {
     (void)flush_standard_output();

@@ -76,8 +76,7 @@ Result<std::unique_ptr<runtime::PostTrajectory>> TrajectoryOptions::open(const s
   return open([&](const std::function<void(const InsSolution&)>& use) -> Status {
     auto once = runtime::Recording::open(recording, rig);
     if (!once.ok()) return once.error();
-    const Status read = runtime::for_each_solution(
-        once->rig, [&](const auto& take) { return once->for_each(take); }, use);
+    const Status read = runtime::for_each_solution(*once, use);
     if (!read.ok()) log_warning("{}", read.error().message);
     return {};
   });

@@ -23,7 +23,7 @@ Result<Status> for_each_of_path(const TrajectoryOptions& options, runtime::Recor
     return Status();  // what is damaged is told at the end
   });
   if (!trajectory.ok()) return trajectory.error();
-  if (*trajectory == nullptr) return runtime::for_each_solution(recording.rig, feed, use);
+  if (*trajectory == nullptr) return runtime::for_each_solution(recording, use);
   std::fputs((*trajectory)->comparison().text().c_str(), stdout);
   // The drive goes on where its POS was lost. Behind it the file may have other drives.
   (*trajectory)->take_until((*trajectory)->comparison().drive_end + (newest - at_solution), use);

@@ -13,11 +13,14 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/export/profile.hpp"
+#include "apps/following.hpp"
+#include "apps/key_options.hpp"
 #include "apps/log.hpp"
+#include "config/drive_products.hpp"
 #include "config/section.hpp"
+#include "core/exposure_choice.hpp"
 #include "core/output_file.hpp"
 #include "products/image_export.hpp"
-#include "runtime/exposure_choice.hpp"
 #include "runtime/pipeline.hpp"
 #include "runtime/recording.hpp"
 #include "runtime/version.hpp"
@@ -36,7 +39,7 @@ std::uint64_t files_below(const std::filesystem::path& folder) {
 /// Passes on the exposures that are chosen.
 class Chosen : public runtime::ProductSink {
  public:
-  Chosen(products::ImageExport& images, const runtime::ExposureChoice& choice, nanoseconds together)
+  Chosen(products::ImageExport& images, const ExposureChoice& choice, nanoseconds together)
       : images_(images), choice_(choice), together_(together) {}
 
   void on_origin(const Geodetic& origin) override { images_.set_origin(origin); }
@@ -67,7 +70,7 @@ class Chosen : public runtime::ProductSink {
   }
 
   products::ImageExport& images_;
-  runtime::ExposureChoice choice_;
+  ExposureChoice choice_;
   nanoseconds together_;
   std::deque<std::pair<GpsTime, bool>> recent_;
   std::int64_t moments_ = 0;
@@ -85,26 +88,29 @@ class ImagesProfile : public ExportProfile {
   bool writes_folder(const ExportWords&) const override { return true; }
 
   void declare(Command& command) override {
-    command.setting("--exposures", exposures_, "images: all, every:N, or numbers and ranges such as 3,7,20-30");
+    given_.declare(command, group_of(keys_), "images: ");
     command.option("--from", from_s_, "images: only exposures from this GPS time on, s");
     command.option("--to", to_s_, "images: only exposures up to this GPS time, s");
-    command.setting("--lens", lens_, "images: pixels as recorded, or undistorted", {"recorded", "pinhole"});
-    command.setting("--format", format_, "images: format of the pictures", {"jpeg", "png"});
-    command.setting("--quality", quality_, "images: quality of JPEG pictures", {.least = 1, .most = 100});
     command.setting("--points", points_, "images: most points of the cloud that are written with the poses",
                     {.least = 0, .most = 10'000'000});
+    Following::declare(command, follows_, "images: ");
+    command.excludes("--follow", "--trajectory");
   }
 
   int run(const ExportWords& words) override {
-    auto choice = runtime::ExposureChoice::parse(exposures_);
+    given_.read(group_of(keys_));
+    auto choice = ExposureChoice::parse(keys_.exposures);
     if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
     if (Status limited = choice->limit(from_s_, to_s_); !limited.ok())
       throw config::ConfigError(limited.error().message);
+    std::optional<Following> following;
+    if (follows_) runtime::wait_for_recording(words.drive, following.emplace().asked());
     auto recording = runtime::Recording::open(words.drive, words.rig);
     if (!recording.ok()) {
       log_error(recording.error().message);
       return opening_status(recording.error());
     }
+    if (following) recording->follows = following->asked();
     const config::Rig& rig = recording->rig;
     if (rig.geometry.head.lenses.empty())
       throw config::ConfigError("the rig has no camera head: there are no images to write");
@@ -119,9 +125,9 @@ class ImagesProfile : public ExportProfile {
       return kOutputRefused;
     }
     products::ImageExport::Config config;
-    config.pixels = lens_ == "pinhole" ? products::LensPixels::Pinhole : products::LensPixels::Recorded;
-    config.is_png = format_ == "png";
-    config.quality = quality_;
+    config.pixels = keys_.lens == "pinhole" ? products::LensPixels::Pinhole : products::LensPixels::Recorded;
+    config.is_png = keys_.format == "png";
+    config.quality = keys_.quality;
     config.most_points = static_cast<std::size_t>(points_);
     config.threads = words.threads;
     config.software = std::string("hueline ") + runtime::kVersion;
@@ -129,7 +135,9 @@ class ImagesProfile : public ExportProfile {
     Chosen sink(images, *choice, rig.colouring.together);
     Status read;
     {
-      runtime::Pipeline pipeline(rig, words.threads, sink, trajectory->get());
+      config::Rig sensors = rig;
+      if (points_ == 0) sensors.geometry.lasers.clear();  // no point is placed, so none is coloured
+      runtime::Pipeline pipeline(sensors, words.threads, sink, trajectory->get());
       read = recording->for_each([&](const Packet& packet) {
         images.add(packet);
         pipeline.process(packet);
@@ -147,9 +155,10 @@ class ImagesProfile : public ExportProfile {
       if (read.ok()) read = (*trajectory)->status();
     }
     const int status = tell(words, images, read);
+    const bool is_missed = following && Following::tell_missed(*recording);
     if (images.counts().exposures == 0)
       log_error("the drive has {} exposures; none is chosen", sink.exposures().size());
-    if (!missing) return status;
+    if (!missing) return status == kDone && is_missed ? kInputUnreadable : status;
     log_error("the drive has no exposure {}", *missing);
     return kNothingCame;
   }
@@ -178,9 +187,11 @@ class ImagesProfile : public ExportProfile {
     return counts.pictures == 0 ? kNothingCame : kDone;
   }
 
-  std::string exposures_ = "all", lens_ = "recorded", format_ = "jpeg";
+  config::ImageKeys keys_;
+  KeyOptions given_;  // of keys_
   double from_s_ = std::nan(""), to_s_ = std::nan("");
-  int quality_ = 95, points_ = 200'000;
+  int points_ = 200'000;
+  bool follows_ = false;
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "apps/command_line.hpp"
@@ -12,6 +14,8 @@ struct DriveOptions {
   std::string scenario;
   std::string cache;  ///< `--sim`, the folder of simulated drives
   std::string rig;    ///< empty: the recording's own, or a perfect calibration of the scenario's vehicle
+  std::optional<std::stop_token>
+      follows;  ///< a recording that a capture is writing is followed until this is requested
 
   /// What differs between commands.
   struct Words {

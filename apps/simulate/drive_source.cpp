@@ -24,8 +24,10 @@ Result<DriveSource> DriveSource::open(const DriveOptions& options, ProgressBar& 
     out.drive = std::move(*drive);
   }
   if (!options.recording.empty()) {
+    if (options.follows) runtime::wait_for_recording(options.recording, *options.follows);
     auto opened = runtime::Recording::open(options.recording, options.rig);
     if (!opened.ok()) return opened.error();
+    opened->follows = options.follows;
     out.rig = opened->rig;
     out.recording = std::move(*opened);
   } else {

@@ -158,6 +158,11 @@ TEST_F(RigCheck, FindsWhatTheComputerLacks) {
   const auto found = check_host(rig_, facts, 4);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(found[0].prevents);
+  facts.has_guest = true;
+  facts.has_office = false;
+  EXPECT_TRUE(check_host(rig_, facts, 4).empty());
+  rig_.panoramas.emplace();
+  EXPECT_THAT(text(check_host(rig_, facts, 4)), HasSubstr("no panoramas are made"));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(PanoramaTable, RefusesWhatIsNoPanorama) {
             std::string::npos);
 }
 
-using runtime::ExposureChoice;
+using ExposureChoice;
 
 TEST(ExposureChoice, ReadsNumbersRangesAndSteps) {
   const auto all = ExposureChoice::parse("all");

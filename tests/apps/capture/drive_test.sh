@@ -15,6 +15,7 @@ fail() { echo "FAILED: $*"; exit 1; }
 $simulator simulate "$scenario" --out sim --write-rig rig.yaml $ports
 echo 'watch: {images_per_s: 4}' >>rig.yaml
 echo 'recording: {segment_mb: 2, pack_images: true}' >>rig.yaml
+printf '%s\n' 'panoramas: {exposures: "every:3", size: 256x128, orientation: north}' 'images: {exposures: "every:5"}' >>rig.yaml
 $simulator simulate "$scenario" --out sim --play $ports >devices.txt 2>&1 &
 devices=$!
 $hueline capture rig.yaml --out drive --until-silent --seconds 60 --quiet || { cat devices.txt; fail "capture"; }
@@ -36,6 +37,11 @@ for file in cloud.las view.mcap; do cmp drive/$file whole/$file || fail "$file o
 $hueline cut drive --out plain.mcap --unpack >/dev/null && $hueline replay plain.mcap --out plain >/dev/null || fail "a recording of unpacked images"
 cmp drive/cloud.las plain/cloud.las || fail "the cloud of unpacked images is not that of packed ones"
 [ "$(stat -c %s plain.mcap)" -gt $(($(stat -c %s whole.mcap) + 200000)) ] || { ls -l ./*.mcap; fail "the images are not packed"; }
+# What was made of the recording while it grew is what is made of it afterwards.
+$simulator panorama drive --out panoramas --exposures every:3 --size 256x128 --orientation north >/dev/null 2>&1 || fail "panoramas"
+$simulator export drive --profile images --points 0 --exposures every:5 --out images >/dev/null || fail "images"
+[ "$(ls drive/panoramas/*.jpg | wc -l)" -ge 4 ] && [ "$(ls drive/images/images/*/*.jpg | wc -l)" -ge 12 ] || { ls -R drive/panoramas drive/images; fail "the products of the drive"; }
+for product in panoramas images; do diff -r drive/$product $product || fail "$product of the drive"; done
 # The ledgers prove that all is there, and of a segment that was lost they name the sources.
 $hueline verify drive >proved.txt || { cat proved.txt; fail "verify of a whole recording"; }
 grep -q "^whole: the .* packets are all that entered, by" proved.txt || { cat proved.txt; fail "the proof"; }

@@ -1,4 +1,4 @@
-#include "runtime/exposure_choice.hpp"
+#include "core/exposure_choice.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "core/number_word.hpp"
 
-namespace hueline::runtime {
+namespace hueline {
 
 bool ExposureChoice::has_number(std::uint32_t number) const {
   return numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
@@ -67,4 +67,4 @@ Result<ExposureChoice> ExposureChoice::parse(const std::string& text) {
   }
 }
 
-}  // namespace hueline::runtime
+}  // namespace hueline

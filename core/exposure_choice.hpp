@@ -10,7 +10,7 @@
 #include "core/result.hpp"
 #include "core/time.hpp"
 
-namespace hueline::runtime {
+namespace hueline {
 
 /// Which exposures of a drive a command takes.
 struct ExposureChoice {
@@ -32,4 +32,4 @@ struct ExposureChoice {
   Status limit(double from_s, double to_s);
 };
 
-}  // namespace hueline::runtime
+}  // namespace hueline
