@@ -151,7 +151,7 @@ Colouring::Found Colouring::find_visible(std::size_t index, bool moves, Piece& p
     if (!sees(moment, point, sight)) continue;
     const FloatLens& lens = projector_.lenses()[sight.lens];
     if (is_dimmed(gains_of(moment, piece), sight.lens) &&
-        is_saturated(sample_sight(lens, moment.pictures[lens.camera], sight)))
+        is_saturated(sample_lens(lens, moment.pictures[lens.camera].view, sight.x, sight.y)))
       cost += kLostLight;
     if (cost >= least) continue;
     found.moment = piece.candidates[k];

@@ -92,7 +92,7 @@ std::vector<Radiometry::Place> Colouring::common_places(int newest) const {
           Sight sight;
           if (by->has_image[lens.camera] == 0 || (by->blind >> lens.index & 1) != 0 ||
               !lens.project(x, y, z, by->viewpoint->motion, sight) || sight.border_px < kEvenReach_px + kSampleReach ||
-              lens.mask.covers(static_cast<std::uint32_t>(sight.x + 0.5f), static_cast<std::uint32_t>(sight.y + 0.5f)))
+              lens.is_at_margin(sight.x, sight.y))
             continue;
           shown.push_back(i);
           for (const auto& [dx, dy] : kLookedAt) {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/portable_math.hpp"
-#include "fusion/pixel_sampler.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -56,7 +55,8 @@ std::vector<float> fit_series(const CameraIntrinsics& k, double cosine_limit, do
 }  // namespace
 
 FloatLens::FloatLens(const LensMount& mount)
-    : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kMixedReach) {
+    : mask(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kPixelReach),
+      margin(mount.masks, mount.intrinsics.width, mount.intrinsics.height, kSampleReach) {
   const CameraIntrinsics& k = mount.intrinsics;
   const CameraModel model(k);
   const Transform<Lens, CameraHead> T_lens_head = mount.T_head_lens.inverse();
@@ -117,7 +117,7 @@ bool FloatLens::project(float x, float y, float z, Sight& sight) const {
   sight.border_px = std::min(std::min(sight.x, last_x - sight.x), std::min(sight.y, last_y - sight.y));
   sight.lens = index;
   sight.distance = distance;
-  return sight.border_px >= static_cast<float>(kSampleReach);
+  return sight.border_px > kLeastBorder_px;
 }
 
 bool FloatLens::project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const {

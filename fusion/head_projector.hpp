@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -9,12 +10,16 @@
 #include "fusion/direction_grid.hpp"
 #include "fusion/panorama.hpp"
 #include "fusion/pixel_mask.hpp"
+#include "fusion/pixel_sampler.hpp"
 #include "fusion/rig_geometry.hpp"
 
 /// Finds the pixel that shows a point of the head's frame, in single precision and at high speed. The lens models use
 /// only additions, multiplications, divisions and square roots, so the result has the same bits with every mathematics
 /// library.
 namespace hueline::fusion {
+
+/// A pixel nearer to the border of a lens's image than this is none of those that sample_pixel() may be asked for, px.
+constexpr float kLeastBorder_px = kPixelReach - 0.5f;
 
 /// How often the row of a rolling shutter is corrected. Each step leaves a twentieth of the error or less at 50 km/h.
 constexpr int kRowSteps = 3;
@@ -72,14 +77,21 @@ struct HeadMotion {
 /// One lens, prepared for calculation in single precision.
 struct FloatLens {
   explicit FloatLens(const LensMount& mount);
-  /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and nearer to the border
-  /// than kSampleReach.
+  /// Finds the pixel of a point of the head's frame. Returns false beyond the field of view, and where the nearest
+  /// pixel is nearer to the border than kPixelReach.
   bool project(float x, float y, float z, Sight& sight) const;
   /// The same for a head that moves: the pixel is where the lens sees the point when it is exposed, and a rolling
   /// shutter's pixel is the one whose row sees it.
   bool project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const;
   /// Returns how often a pixel has to be corrected for when it was exposed, for a lens that is late by `late` s.
   int steps_in_time(float late) const { return row_time != 0.0f ? kRowSteps : late != 0.0f ? 1 : 0; }
+  /// Whether sample() would read masked pixels, or pixels beyond the lens's image, for this place. There the nearest
+  /// pixel alone gives the colour (sample_pixel()), and it reads neither.
+  bool is_at_margin(float x, float y) const {
+    const float border = std::min(std::min(x, last_x - x), std::min(y, last_y - y));
+    return border < static_cast<float>(kSampleReach) ||
+           margin.covers(static_cast<std::uint32_t>(x + 0.5f), static_cast<std::uint32_t>(y + 0.5f));
+  }
   /// Returns the square of a pixel's distance from the principal point; 1 at the farthest corner.
   float off_axis(float x, float y) const {
     const float dx = (x - centre_x) / focal_x, dy = (y - centre_y) / focal_y;
@@ -100,7 +112,8 @@ struct FloatLens {
   std::uint8_t index = 0;
   std::size_t camera = 0;  ///< index in HeadProjector::cameras()
   std::uint32_t x_offset, y_offset, width, height;
-  PixelMask mask;
+  PixelMask mask;    ///< pixels that give no colour: masked ones, and those whose sample_pixel() reads a masked one
+  PixelMask margin;  ///< these, and pixels whose sample() reads a masked one
   /// Returns the largest difference between project() and CameraModel over a grid of directions, px.
   double largest_error_px(const CameraModel& model) const;
 };

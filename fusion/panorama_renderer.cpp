@@ -31,10 +31,12 @@ constexpr std::size_t kRun = 8;
 constexpr float kUneven_px = 0.2f;
 constexpr std::size_t kFewestCommon = 30;  // places for a ratio between two lenses
 
-/// Returns the distance of each pixel to the nearest masked one, in pixels up to 255; empty without a mask.
-std::vector<std::uint8_t> clearance_of(const FloatLens& lens) {
-  if (lens.mask.is_empty()) return {};
-  const auto w = static_cast<int>(lens.width), h = static_cast<int>(lens.height);
+/// Returns the distance of each pixel to the nearest whose sample has much of a masked one, in pixels up to 255; empty
+/// without a mask.
+std::vector<std::uint8_t> clearance_of(const LensMount& lens) {
+  if (lens.masks.empty()) return {};
+  const PixelMask mask(lens.masks, lens.intrinsics.width, lens.intrinsics.height, kMixedReach);
+  const auto w = static_cast<int>(lens.intrinsics.width), h = static_cast<int>(lens.intrinsics.height);
   // The chamfer distance: 3 for a step, 4 for a diagonal one.
   std::vector<std::uint16_t> thirds(static_cast<std::size_t>(w) * h, 3 * 255);
   const auto at = [&](int x, int y) -> std::uint16_t& { return thirds[static_cast<std::size_t>(y) * w + x]; };
@@ -44,7 +46,7 @@ std::vector<std::uint8_t> clearance_of(const FloatLens& lens) {
   };
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
-      if (lens.mask.covers(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))) at(x, y) = 0;
+      if (mask.covers(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))) at(x, y) = 0;
       step(x, y, -1, 0, 3);
       step(x, y, -1, -1, 4);
       step(x, y, 0, -1, 3);
@@ -151,7 +153,7 @@ PanoramaRenderer::PanoramaRenderer(const CameraHeadGeometry& head, const Config&
                        ? static_cast<float>(portable::cos(head.nadir_half_angle))
                        : 2.0f) {
   for (std::size_t i = 0; i < head_.lenses.size(); ++i) {
-    clearance_.push_back(clearance_of(projector_.lenses()[i]));
+    clearance_.push_back(clearance_of(head_.lenses[i]));
     ramp_px_.push_back(static_cast<float>(kRamp * head_.lenses[i].intrinsics.focal_px.minCoeff()));
   }
 }
@@ -165,12 +167,13 @@ std::uint32_t PanoramaRenderer::natural_width() const {
 bool PanoramaRenderer::is_seen(const Point<CameraHead>& p_head) const {
   const Eigen::Vector3f p = p_head.xyz.cast<float>();
   Sight sight;
-  return projector_.see(p.x(), p.y(), p.z(), all_images_.data(), 0, sight);
+  return projector_.see(p.x(), p.y(), p.z(), all_images_.data(), 0, sight) &&
+         !projector_.lenses()[sight.lens].is_at_margin(sight.x, sight.y);
 }
 
 PanoramaRenderer::Eye PanoramaRenderer::eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const {
   Eye eye{lens, shot.images[lens.camera], rank, {}, {}};
-  eye.lens.mask = {};  // clearance_ knows more
+  eye.lens.mask = eye.lens.margin = {};  // clearance_ knows more
   const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> R(lens.R_lens_head.data());
   const Eigen::Map<const Eigen::Vector3f> t(lens.t_lens_head.data());
   const Eigen::Matrix3f R_head = R * shot.T_shot_head.rotation.toRotationMatrix().cast<float>();

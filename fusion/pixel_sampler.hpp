@@ -35,10 +35,12 @@ RawView view_of(const Image& image);
 /// exposures of a real sensor never are.
 std::uint64_t content_of(const RawView& view);
 
-/// The sampler reads pixels up to this far from the requested place, px.
+/// sample() reads pixels up to this far from the requested place, px.
 constexpr int kSampleReach = 3;
-/// Pixels farther away than this have a share of an eighth at most in what is sampled, px.
+/// Pixels farther away than this have a share of an eighth at most in what sample() returns, px.
 constexpr int kMixedReach = 2;
+/// sample_pixel() reads pixels up to this far, px.
+constexpr int kPixelReach = 1;
 
 namespace detail {
 
@@ -128,6 +130,27 @@ inline Rgb sample(const RawView& image, int x, int y, float fx, float fy) {
             sample_plain(image, x, y, fx, fy, 3, 2)};
   const float grey = sample_plain(image, x, y, fx, fy, 1, 0);
   return {grey, grey, grey};
+}
+
+/// Returns the colour at the pixel in column x and row y. Of a mosaic it uses only the eight pixels around it, as an
+/// image's margin has no more, so edges get more coloured fringes than with sample(). The caller ensures that the pixel
+/// is at least kPixelReach inside the image.
+inline Rgb sample_pixel(const RawView& image, int x, int y) {
+  const auto row = static_cast<std::ptrdiff_t>(image.stride);
+  const auto red = red_parity(image.format);
+  if (!red) return sample(image, x, y, 0, 0);
+  const std::uint8_t* p = image.data + y * row + x;
+  const auto mean = [](int sum, int count) { return static_cast<float>(sum) / static_cast<float>(count); };
+  const float own = p[0];
+  const int beside = p[-1] + p[1], above = p[-row] + p[row];
+  const bool is_red_row = (y & 1) == red->y;
+  if (is_red_row == ((x & 1) == red->x)) {
+    const float green = mean(beside + above, 4),
+                opposite = mean(p[-row - 1] + p[-row + 1] + p[row - 1] + p[row + 1], 4);
+    return is_red_row ? Rgb{own, green, opposite} : Rgb{opposite, green, own};
+  }
+  const float of_row = mean(beside, 2), of_column = mean(above, 2);
+  return is_red_row ? Rgb{of_row, own, of_column} : Rgb{of_column, own, of_row};
 }
 
 /// Places in one image, one element for each: what sample() takes.

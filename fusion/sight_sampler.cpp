@@ -20,6 +20,10 @@ void SightSampler::sample(const std::vector<FloatLens>& lenses, const Moment& mo
       if (sights.lens[k] == kNoLens) continue;
       const FloatLens& lens = lenses[sights.lens[k]];
       if (lens.camera != camera) continue;
+      if (lens.is_at_margin(sights.x[k], sights.y[k])) {
+        pixels[k] = sample_nearest_pixel(lens, view, sights.x[k], sights.y[k]);
+        continue;
+      }
       const auto [x, y, fx, fy] = place_in_image(lens, sights.x[k], sights.y[k]);
       places_.x[count] = x;
       places_.y[count] = y;

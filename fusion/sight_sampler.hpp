@@ -17,22 +17,30 @@ struct PlaceInImage {
 
 /// Returns the place in its camera's image of a pixel of a lens.
 inline PlaceInImage place_in_image(const FloatLens& lens, float lens_x, float lens_y) {
-  // The coordinates are not negative, because they are at least kSampleReach.
+  // The coordinates are not negative, because a lens shows nothing nearer to its border than kLeastBorder_px.
   const auto x = static_cast<int>(lens_x), y = static_cast<int>(lens_y);
   return {x + static_cast<int>(lens.x_offset), y + static_cast<int>(lens.y_offset), lens_x - static_cast<float>(x),
           lens_y - static_cast<float>(y)};
 }
 
-/// Samples the image of a lens at a sight of that lens.
-inline Rgb sample_sight(const FloatLens& lens, const Moment::Picture& picture, const Sight& sight) {
-  const auto [x, y, fx, fy] = place_in_image(lens, sight.x, sight.y);
-  return sample(picture.view, x, y, fx, fy);
+/// Samples the image of a camera at the nearest pixel of a place of a lens, without what lies around it.
+inline Rgb sample_nearest_pixel(const FloatLens& lens, const RawView& view, float lens_x, float lens_y) {
+  const auto [x, y, fx, fy] = place_in_image(lens, lens_x + 0.5f, lens_y + 0.5f);
+  return sample_pixel(view, x, y);
+}
+
+/// Samples the image of a camera at a place of a lens that FloatLens::project() found, outside its mask. The sample has
+/// nothing of what the mask covers.
+inline Rgb sample_lens(const FloatLens& lens, const RawView& view, float lens_x, float lens_y) {
+  if (lens.is_at_margin(lens_x, lens_y)) return sample_nearest_pixel(lens, view, lens_x, lens_y);
+  const auto [x, y, fx, fy] = place_in_image(lens, lens_x, lens_y);
+  return sample(view, x, y, fx, fy);
 }
 
 /// Samples the images of a moment at many sights. The object keeps its working memory. Thread safety: none.
 class SightSampler {
  public:
-  /// Writes to `pixels`, for each sight with a pixel, what sample_sight() returns. `sights` need no border_px.
+  /// Writes to `pixels`, for each sight with a pixel, what sample_lens() returns. `sights` need no border_px.
   void sample(const std::vector<FloatLens>& lenses, const Moment& moment, const Sights& sights,
               std::vector<Rgb>& pixels);
 

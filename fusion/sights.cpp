@@ -10,7 +10,6 @@
 
 #include "core/coloured_point.hpp"
 #include "fusion/head_projector.hpp"
-#include "fusion/pixel_sampler.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hueline::fusion::HWY_NAMESPACE {
@@ -103,7 +102,7 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
       sy = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
       edge = hn::Min(hn::Min(sx, hn::Sub(set(lens.last_x), sx)), hn::Min(sy, hn::Sub(set(lens.last_y), sy)));
       const auto is_before = hn::And(hn::Ge(lz, times(lens.cosine_limit, distance)), hn::Gt(distance, hn::Zero(d)));
-      is_seen = hn::And(is_seen, hn::And(is_before, hn::Ge(edge, set(static_cast<float>(kSampleReach)))));
+      is_seen = hn::And(is_seen, hn::And(is_before, hn::Gt(edge, set(kLeastBorder_px))));
     }
     sight_x = hn::IfThenElse(is_seen, sx, sight_x);
     sight_y = hn::IfThenElse(is_seen, sy, sight_y);

@@ -117,7 +117,7 @@ std::vector<std::uint8_t> LensPicture::render(const fusion::RawView& image) cons
       for (std::uint32_t u = 0; u < intrinsics_.width; ++u, to += 3) {
         fusion::Sight sight;
         const float x = (static_cast<float>(u) - cx) / fx, y = (static_cast<float>(v) - cy) / fy;
-        if (!source_->project(x, y, 1, sight)) continue;
+        if (!source_->project(x, y, 1, sight) || source_->is_at_margin(sight.x, sight.y)) continue;
         const int column = static_cast<int>(sight.x), row = static_cast<int>(sight.y);
         put(fusion::sample(image, static_cast<int>(mount_.x_offset) + column, static_cast<int>(mount_.y_offset) + row,
                            sight.x - static_cast<float>(column), sight.y - static_cast<float>(row)),

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "fusion/pixel_sampler.hpp"
+#include "fusion/sight_sampler.hpp"
 
 namespace hueline::survey {
 namespace {
@@ -21,6 +21,11 @@ fusion::Colouring::Config with_threads(fusion::Colouring::Config config, int thr
   return config;
 }
 
+fusion::CameraHeadGeometry without_masks(fusion::CameraHeadGeometry head) {
+  for (fusion::LensMount& lens : head.lenses) lens.masks.clear();
+  return head;
+}
+
 std::uint8_t to_byte(float value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); }
 
 }  // namespace
@@ -30,7 +35,7 @@ HeldOutViews::HeldOutViews(const fusion::Colouring::Config& colouring, const fus
     : config_(config),
       rig_(rig),
       sink_(std::move(sink)),
-      projector_(rig.head, fusion::ColourMethod::Lens),
+      projector_(config.every_lens ? without_masks(rig.head) : rig.head, fusion::ColourMethod::Lens),
       some_(config.every, colouring.together),
       colouring_(with_threads(colouring, config.threads), rig, [this](const CloudBlock& block) {
         for (const ColouredPoint& p : block.points)
@@ -137,10 +142,7 @@ void HeldOutViews::predict(const Waiting& exposure, const Eigen::Vector3d& head_
   PredictedView out{exposure.exposure, lens, head_enu, {}};
   for (const Projected* p : winners_) {
     if (p == nullptr) continue;
-    const auto x = static_cast<int>(p->x), y = static_cast<int>(p->y);
-    const fusion::Rgb seen =
-        fusion::sample(view, x + static_cast<int>(mount.x_offset), y + static_cast<int>(mount.y_offset),
-                       p->x - static_cast<float>(x), p->y - static_cast<float>(y));
+    const fusion::Rgb seen = fusion::sample_lens(projector_.lenses()[lens], view, p->x, p->y);
     out.pixels.push_back({static_cast<std::uint16_t>(p->x + 0.5f),
                           static_cast<std::uint16_t>(p->y + 0.5f),
                           p->point->colour,

@@ -2,15 +2,27 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <numbers>
+#include <string>
+#include <tuple>
+#include <vector>
 
+#include "fusion/pixel_mask.hpp"
 #include "tests/fusion/test_drive.hpp"
 
 namespace hueline::fusion {
 namespace {
 using namespace hueline::test;
 using std::numbers::pi;
+
+/// Returns where the image of a lens is sampled: at its border in the middle of a pixel.
+Eigen::Vector2d sampled_at(const Eigen::Vector2d& pixel) {
+  const double border = std::min({pixel.x(), pixel.y(), 305 - pixel.x(), 255 - pixel.y()});
+  return border < kSampleReach ? Eigen::Vector2d(pixel.array().round()) : pixel;
+}
 
 class BothModels : public testing::TestWithParam<LensModel> {};
 INSTANTIATE_TEST_SUITE_P(Lens, BothModels, testing::Values(LensModel::Brown, LensModel::KannalaBrandt),
@@ -33,7 +45,8 @@ TEST_P(BothModels, PlacesAndProjectsWhereTheTruthIs) {
     ASSERT_TRUE(true_pixel(test, out.truth_base[i], static_cast<int>(p.exposure), p.lens, pixel)) << i;
     worst_pixel = std::max(worst_pixel, (pixel - Eigen::Vector2d(p.u, p.v)).norm());
     if (p.state == ColourState::Direct) {
-      worst_colour = std::max({worst_colour, std::abs(p.red - 0.8 * p.u), std::abs(p.green - 0.9 * p.v),
+      const Eigen::Vector2d at = sampled_at({p.u, p.v});
+      worst_colour = std::max({worst_colour, std::abs(p.red - 0.8 * at.x()), std::abs(p.green - 0.9 * at.y()),
                                std::abs(p.blue - 10.0 * p.exposure)});
     }
   }
@@ -92,7 +105,8 @@ TEST(SphereMethod, PanoramaPixelAndRawPixelFollowThePaper) {
     worst_pixel = std::max({worst_pixel, std::abs(std::remainder(u - p.u, 8000.0)), std::abs(v - p.v)});
     Eigen::Vector2d raw;
     ASSERT_TRUE(true_pixel(test, out.truth_base[i], static_cast<int>(p.exposure), p.lens, raw, 20.0));
-    worst_colour = std::max({worst_colour, std::abs(p.red - 0.8 * raw.x()), std::abs(p.green - 0.9 * raw.y())});
+    const Eigen::Vector2d at = sampled_at(raw);
+    worst_colour = std::max({worst_colour, std::abs(p.red - 0.8 * at.x()), std::abs(p.green - 0.9 * at.y())});
   }
   EXPECT_LT(worst_pixel, 0.01);
   EXPECT_LT(worst_colour, 1.1);
@@ -138,31 +152,64 @@ TEST(Hole, IsFilledFromTheNearestExposureThatSeesThePoint) {
   EXPECT_EQ(filled, in_hole);
 }
 
-TEST(Mask, PartsOfTheVehicleNeverGiveAColour) {
-  for (const ColourMethod method : {ColourMethod::Lens, ColourMethod::Panorama}) {
-    TestDrive test;
-    test.config.method = method;
-    for (LensMount& lens : test.rig.head.lenses) lens.masks = {{{-1, 180}, {400, 180}, {400, 300}, {-1, 300}}};
-    // The paper's rectangle at the bottom of the panorama.
-    test.rig.head.panorama_masks = {{{3000, 2600}, {5000, 2600}, {5000, 4001}, {3000, 4001}}};
-    const Outcome out = run(test);
-    expect_every_return_accounted_for(out);
-    EXPECT_GT(count_state(out, ColourState::Neighbour), 500u);
-    std::size_t coloured = 0;
-    for (const ColouredPoint& p : out.points) {
-      if (p.exposure == kNoExposure) continue;
-      ++coloured;
-      if (method == ColourMethod::Lens) {
-        EXPECT_LT(p.v, 178.0f);
-      } else {
-        EXPECT_FALSE(p.u > 3000 && p.u < 5000 && p.v > 2601) << p.u << ' ' << p.v;
-        if (p.state == ColourState::Direct) {  // green shows the row that was sampled
-          EXPECT_LT(p.green, 0.9 * 180);
-        }
-      }
-    }
-    EXPECT_GT(coloured, out.points.size() / 2);
+class Mask : public testing::TestWithParam<std::tuple<ColourMethod, PixelFormat>> {};
+std::string name_of(const testing::TestParamInfo<Mask::ParamType>& test) {
+  const std::string method = std::get<0>(test.param) == ColourMethod::Lens ? "Lens" : "Panorama";
+  return method + name(std::get<1>(test.param));
+}
+INSTANTIATE_TEST_SUITE_P(Each, Mask,
+                         testing::Combine(testing::Values(ColourMethod::Lens, ColourMethod::Panorama),
+                                          testing::Values(PixelFormat::BayerRG8, PixelFormat::BayerGB8,
+                                                          PixelFormat::Rgb8, PixelFormat::Mono8)),
+                         name_of);
+
+TEST_P(Mask, PartsOfTheVehicleNeverGiveAColour) {
+  const auto [method, format] = GetParam();
+  TestDrive test;
+  test.config.method = method;
+  test.packet_rate = 300;
+  const Polygon slanting_boom{{60, -1}, {75, -1}, {130, 190}, {118, 190}},
+      speck{{220, 120}, {222, 120}, {222, 122}, {220, 122}}, bonnet{{-1, 180}, {400, 180}, {400, 300}, {-1, 300}},
+      // Where the image of the lens before ends, which has no bonnet.
+      top{{-1, -1}, {400, -1}, {400, 6}, {-1, 6}};
+  const std::array<std::vector<Polygon>, 2> vehicle{{{slanting_boom, speck, bonnet, top}, {slanting_boom, speck}}};
+  for (std::size_t i = 0; i < test.rig.head.lenses.size(); ++i) {
+    test.rig.head.lenses[i].masks = vehicle[i % 2];
+    test.rig.head.lenses[i].intrinsics.focal_px = {140, 140};  // what is below is at the images' borders
   }
+  // The paper's rectangle at the bottom of the panorama.
+  test.rig.head.panorama_masks = {{{3000, 2600}, {5000, 2600}, {5000, 4001}, {3000, 4001}}};
+  const std::array<PixelMask, 2> masked{PixelMask(vehicle[0], 306, 256, 0), PixelMask(vehicle[1], 306, 256, 0)};
+  test.image = [&, format = format](int) {
+    return make_image(306, 6 * 256, format, [&](std::uint32_t x, std::uint32_t y, int c) {
+      return masked[y / 256 % 2].covers(x, y % 256) ? (c == 1 ? 0.0 : 255.0) : 60.0 + 40 * c;
+    });
+  };
+  const Outcome out = run(test);
+  expect_every_return_accounted_for(out);
+  EXPECT_GT(count_state(out, ColourState::Neighbour), 500u);
+  const bool is_grey = format == PixelFormat::Mono8;
+  std::size_t coloured = 0, beside_bonnet = 0, at_border = 0;
+  for (const ColouredPoint& p : out.points) {
+    if (p.exposure == kNoExposure) continue;
+    ++coloured;
+    ASSERT_EQ(p.red, is_grey ? 100 : 60) << p.u << ' ' << p.v;
+    ASSERT_EQ(p.green, 100) << p.u << ' ' << p.v;
+    ASSERT_EQ(p.blue, is_grey ? 100 : 140) << p.u << ' ' << p.v;
+    if (method == ColourMethod::Panorama) {
+      EXPECT_FALSE(p.u > 3000 && p.u < 5000 && p.v > 2601) << p.u << ' ' << p.v;
+      continue;
+    }
+    if (p.lens % 2 == 0) {
+      EXPECT_LT(p.v, 178.5f);
+    }
+    beside_bonnet += p.lens % 2 == 0 && p.v > 177.5f;
+    at_border += p.v > 255.0f - kSampleReach;
+  }
+  EXPECT_GT(coloured, out.points.size() / 3);
+  if (method == ColourMethod::Panorama) return;
+  EXPECT_GT(beside_bonnet, 10u);
+  EXPECT_GT(at_border, 5u);
 }
 
 TEST(Radiometry, ImagesOfDifferentGainGiveOneColour) {

@@ -245,7 +245,9 @@ bool project_truth(const fusion::LensMount& lens, const Vector3& p_head, Eigen::
     y = distorted * std::sin(turn);
   }
   pixel = {k.focal_px.x() * x + k.principal_point_px.x(), k.focal_px.y() * y + k.principal_point_px.y()};
-  return pixel.x() >= 2 && pixel.y() >= 2 && pixel.x() <= k.width - 3.0 && pixel.y() <= k.height - 3.0;
+  // The nearest pixel is none of the border's, but for the difference of two calculations.
+  const Eigen::Array2d last(k.width - 1.0, k.height - 1.0);
+  return (pixel.array() > 0.49).all() && (pixel.array() < last - 0.49).all();
 }
 
 }  // namespace hueline::test

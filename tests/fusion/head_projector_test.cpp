@@ -92,6 +92,45 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
   }
 }
 
+TEST(HeadProjector, ShowsWhatItsNearestPixelShowsWithoutTheMaskAndTheBorder) {
+  CameraHeadGeometry head = test::ladybug_rig(LensModel::KannalaBrandt).head;
+  for (LensMount& lens : head.lenses) lens.masks = {{{100, 100}, {200, 100}, {200, 150}, {100, 150}}};
+  const HeadProjector projector(head, ColourMethod::Lens);
+  const std::vector<std::uint8_t> has_image(projector.cameras().size(), 1);
+  const PixelMask masked(head.lenses[0].masks, 306, 256, 0);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> along(-1, 1);
+  std::size_t at_border = 0, beside_mask = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const float x = along(random), y = along(random), z = along(random);
+    Sight sight;
+    if (!projector.see(x, y, z, has_image.data(), 0, sight)) continue;
+    // Of the pixels around the nearest one, the first square that reaches beyond the border or into the mask.
+    const int column = static_cast<int>(std::lround(sight.x)), row = static_cast<int>(std::lround(sight.y));
+    int clear = kSampleReach + 1;
+    bool is_border = false;
+    for (int dy = -kSampleReach; dy <= kSampleReach; ++dy)
+      for (int dx = -kSampleReach; dx <= kSampleReach; ++dx) {
+        const int u = column + dx, v = row + dy, away = std::max(std::abs(dx), std::abs(dy));
+        const bool is_inside = u >= 0 && v >= 0 && u < 306 && v < 256;
+        if (is_inside && !masked.covers(static_cast<std::uint32_t>(u), static_cast<std::uint32_t>(v))) continue;
+        if (away < clear) is_border = !is_inside;
+        clear = std::min(clear, away);
+      }
+    ASSERT_GT(clear, kPixelReach) << sight.x << ' ' << sight.y;
+    const bool is_at_margin = projector.lenses()[sight.lens].is_at_margin(sight.x, sight.y);
+    if (clear <= kSampleReach && !is_at_margin) {
+      // A sample reads kSampleReach pixels only to the side on which its place lies beside the nearest pixel.
+      ASSERT_TRUE(is_border && clear == kSampleReach) << sight.x << ' ' << sight.y;
+      ASSERT_GE(sight.border_px, static_cast<float>(kSampleReach));
+    }
+    at_border += is_border && clear == kPixelReach + 1;
+    beside_mask += !is_border && clear == kPixelReach + 1;
+  }
+  EXPECT_GT(at_border, 100u);
+  EXPECT_GT(beside_mask, 100u);
+}
+
 TEST(HeadProjector, ALensThatIsLateSeesAPlaceFromWhereItIsThen) {
   const CameraHeadGeometry head = test::ladybug_rig(LensModel::KannalaBrandt).head;
   const HeadProjector projector(head, ColourMethod::Lens);

@@ -92,7 +92,38 @@ TEST(PixelSampler, ReadsNothingFartherThanItsReach) {
     Rgb again;
     sample_each(view_of(image), {{kSampleReach}, {kSampleReach}, {0.0f}, {0.0f}}, &again);
     EXPECT_FLOAT_EQ(again.red + again.green + again.blue, 231.0f);
+    constexpr std::uint32_t kSmall = 2 * kPixelReach + 1;
+    const Image small = make_image(kSmall, kSmall, format, [](std::uint32_t, std::uint32_t, int) { return 77.0; });
+    const Rgb alone = sample_pixel(view_of(small), kPixelReach, kPixelReach);
+    EXPECT_FLOAT_EQ(alone.red + alone.green + alone.blue, 231.0f);
   }
+}
+
+TEST_P(AllFormats, APixelAloneHasItsColourInARamp) {
+  const bool is_mono = GetParam() == PixelFormat::Mono8;
+  const Image image = make_image(20, 18, GetParam(), ramp);
+  for (int y = kPixelReach; y < 18 - kPixelReach; ++y)
+    for (int x = kPixelReach; x < 20 - kPixelReach; ++x) {
+      const Rgb c = sample_pixel(view_of(image), x, y);
+      EXPECT_FLOAT_EQ(c.red, static_cast<float>(ramp(x, y, is_mono ? 1 : 0))) << x << ' ' << y;
+      EXPECT_FLOAT_EQ(c.green, static_cast<float>(ramp(x, y, 1))) << x << ' ' << y;
+      EXPECT_FLOAT_EQ(c.blue, static_cast<float>(ramp(x, y, is_mono ? 1 : 2))) << x << ' ' << y;
+    }
+}
+
+TEST_P(AllFormats, APixelAloneHasNothingOfWhatLiesBeyondItsReach) {
+  for (int y = 4; y < 6; ++y)
+    for (int x = 4; x < 6; ++x) {
+      const auto is_near = [&](std::uint32_t i, std::uint32_t j) {
+        return std::abs(static_cast<int>(i) - x) <= kPixelReach && std::abs(static_cast<int>(j) - y) <= kPixelReach;
+      };
+      const Image image = make_image(10, 10, GetParam(), [&](std::uint32_t i, std::uint32_t j, int c) {
+        return is_near(i, j) ? 60.0 + 50 * (c == 1) : 255.0;
+      });
+      const Rgb c = sample_pixel(view_of(image), x, y), flat{60, 110, 60};
+      const float others = GetParam() == PixelFormat::Mono8 ? flat.green : flat.red;
+      EXPECT_TRUE(c.red == others && c.green == flat.green && c.blue == others) << x << ' ' << y;
+    }
 }
 
 TEST(PixelSampler, AGreyEdgeStaysGrey) {
