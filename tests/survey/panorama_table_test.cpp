@@ -56,8 +56,6 @@ TEST(PanoramaTable, RefusesWhatIsNoPanorama) {
             std::string::npos);
 }
 
-using ExposureChoice;
-
 TEST(ExposureChoice, ReadsNumbersRangesAndSteps) {
   const auto all = ExposureChoice::parse("all");
   ASSERT_TRUE(all.ok());
