@@ -79,7 +79,7 @@ class OneValue : public Keys {
 
  private:
   [[noreturn]] static void refuse(const Key& key, const std::string& text, const std::string& allowed) {
-    throw config::ConfigError(not_allowed(option_of(key), text, allowed).text());
+    throw config::ConfigError(not_allowed(option_of(key), "'" + text + "'", allowed).text());
   }
   static bool is_no_option(const Key& key) {
     throw std::logic_error(fmt::format("the key {} cannot be an option", key.name));

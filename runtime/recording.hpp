@@ -61,8 +61,8 @@ void wait_for_recording(const std::string& named, const std::stop_token& stop);
 Status for_each_solution(const config::Rig& rig,
                          const std::function<Status(const std::function<bool(const Packet&)>& take)>& feed,
                          const std::function<void(const InsSolution&)>& use);
-/// The same of a recording. Chunks without a packet of the POS are not read, if the recording has an index: large images
-/// have chunks of their own.
+/// The same of a recording. Chunks without a packet of the POS are not read, if the recording has an index: large
+/// images have chunks of their own.
 Status for_each_solution(Recording& recording, const std::function<void(const InsSolution&)>& use);
 
 }  // namespace hueline::runtime

@@ -103,13 +103,13 @@ told() { local want=$1 sentence=$2; shift 2; ends "$want" timeout 600 "$hueline"
 simulated="--scenario small.yaml --sim sim"
 told 2 "give either a recording" --out x
 told 2 "out is required" $simulated
-told 2 "'3-' chooses no exposures; allowed: all, every:N, or numbers" $simulated --out x --exposures 3-
+told 2 "exposures is '3-'; allowed: all, every:N, or numbers" $simulated --out x --exposures 3-
 told 2 'from 2 is not the GPS time of an exposure: give seconds since 1980-01-06.*hueline cut --from' $simulated --out x --from 2
-told 2 "'5-3' chooses no exposures" $simulated --out x --exposures 5-3
-told 2 "'every:0' chooses no exposures" $simulated --out x --exposures every:0
-told 2 "size 1000x700: give WIDTHxHEIGHT" $simulated --out x --size 1000x700
-told 2 "size 20000x10000: give WIDTHxHEIGHT" $simulated --out x --size 20000x10000
-told 2 "fill 1,2: give red, green and blue" $simulated --out x --fill 1,2
+told 2 "exposures is '5-3'; allowed: all" $simulated --out x --exposures 5-3
+told 2 "exposures is 'every:0'; allowed: all" $simulated --out x --exposures every:0
+told 2 "size is '1000x700'; allowed: WIDTHxHEIGHT" $simulated --out x --size 1000x700
+told 2 "size is '20000x10000'; allowed: WIDTHxHEIGHT" $simulated --out x --size 20000x10000
+told 2 "fill is '1,2'; allowed: red,green,blue" $simulated --out x --fill 1,2
 told 2 "to lies before --from" $simulated --out x --from 1450000020 --to 1450000010
 told 2 "method.*depth.*sphere" $simulated --out x --method cube
 told 5 "the drive has no exposure 77" $simulated --out x --exposures 3,77
