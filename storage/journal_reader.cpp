@@ -167,7 +167,7 @@ std::optional<Segment> JournalReader::segment_begun_since() const {
 
 bool JournalReader::look_again() {
   if (segments_.empty()) return false;
-  peeked_.reset();
+  if (peeked_ && !peeked_->ok()) peeked_.reset();
   // The present segment is looked at last: what was written into it before the next one began is there by then.
   const auto next = segment_begun_since();
   if (mcap_ && mcap_->look_again()) return true;

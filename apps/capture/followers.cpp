@@ -103,9 +103,7 @@ int Followers::finish(const StopSignals& signals) {
   bool is_told = false;
   int status = kDone;
   for (Follower& one : followers_) {
-    while (!one.is_over && !leave.stop_requested()) {
-      take_end(one, true);
-      if (one.is_over) break;
+    for (take_end(one, true); !one.is_over && !leave.stop_requested(); take_end(one, true)) {
       if (!is_told && std::chrono::steady_clock::now() - begin > kTellAfter) {
         is_told = true;
         log_info("{}: they are still being made; Ctrl-C ends without the rest", one.product);

@@ -12,7 +12,7 @@
 namespace hueline::apps {
 
 /// The programs that make products of a capture's recording while it grows, as the rig's keys `panoramas` and `images`
-/// say. Each reads the recording for itself, at the lowest priority, so that none can hold up the capture: one that is
+/// say. Each reads the recording for itself, at a low priority, so that none can hold up the capture: one that is
 /// slow is late, and one that fails is told. What each says is in a file of its name beside the recording, such as
 /// `panoramas.log`. Thread safety: none; one thread calls all functions.
 class Followers {

@@ -99,9 +99,8 @@ class ImagesProfile : public ExportProfile {
 
   int run(const ExportWords& words) override {
     given_.read(group_of(keys_));
-    auto choice = ExposureChoice::parse(keys_.exposures);
-    if (!choice.ok()) throw config::ConfigError("--exposures: " + choice.error().message);
-    if (Status limited = choice->limit(from_s_, to_s_); !limited.ok())
+    ExposureChoice choice = ExposureChoice::parse(keys_.exposures).value();
+    if (Status limited = choice.limit(from_s_, to_s_); !limited.ok())
       throw config::ConfigError(limited.error().message);
     std::optional<Following> following;
     if (follows_) runtime::wait_for_recording(words.drive, following.emplace().asked());
@@ -132,7 +131,7 @@ class ImagesProfile : public ExportProfile {
     config.threads = words.threads;
     config.software = std::string("hueline ") + runtime::kVersion;
     products::ImageExport images(folder->path(), rig.geometry.head, rig.map, config);
-    Chosen sink(images, *choice, rig.colouring.together);
+    Chosen sink(images, choice, rig.colouring.together);
     Status read;
     {
       config::Rig sensors = rig;
@@ -149,7 +148,7 @@ class ImagesProfile : public ExportProfile {
       log_error(finished.error().message);
       return finished.error().code == ErrorCode::Invalid ? kWrongUse : kOutputRefused;
     }
-    const std::optional<std::uint32_t> missing = read.ok() ? choice->missing_number(sink.exposures()) : std::nullopt;
+    const std::optional<std::uint32_t> missing = read.ok() ? choice.missing_number(sink.exposures()) : std::nullopt;
     if (*trajectory) {
       std::fputs((*trajectory)->comparison().text().c_str(), stdout);
       if (read.ok()) read = (*trajectory)->status();
