@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/portable_math.hpp"
+#include "fusion/panorama_cells.hpp"
 #include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
@@ -85,22 +86,20 @@ void DepthPanorama::clear() {
 }
 
 void DepthPanorama::add(std::span<const Eigen::Vector3f> points, WorkerPool& pool) {
-  const auto columns_per_rad = static_cast<float>(width_ / (2 * pi));
-  const float middle = 0.5f * static_cast<float>(width_);
   pool.run((points.size() + kPointsOfPiece - 1) / kPointsOfPiece, [&](std::size_t piece) {
     const std::size_t from = piece * kPointsOfPiece;
-    for (const Eigen::Vector3f& p : points.subspan(from, std::min(kPointsOfPiece, points.size() - from))) {
-      const float across = std::sqrt(p.x() * p.x() + p.y() * p.y()), distance = std::sqrt(p.squaredNorm());
-      if (!(distance > 0.05f) || !std::isfinite(distance)) continue;
-      const auto row = std::min<std::int64_t>(
-          height_ - 1, static_cast<std::int64_t>(portable::atan2(across, p.z()) * columns_per_rad));
-      const auto column = static_cast<std::int64_t>(middle - portable::atan2(p.y(), p.x()) * columns_per_rad);
-      // Towards the poles a cell gets narrower than a point.
-      const auto half = std::min<std::int64_t>(
-          static_cast<std::int64_t>(0.5f * distance / std::max(across, 1e-3f * distance)), width_ / 8);
-      float* cells = &cells_[static_cast<std::size_t>(row) * width_];
-      for (std::int64_t x = column - half; x <= column + half; ++x)
-        keep_larger(cells[static_cast<std::size_t>((x + 2 * std::int64_t{width_}) % width_)], 1.0f / distance);
+    PanoramaCells found;
+    find_cells(width_, points.subspan(from, std::min(kPointsOfPiece, points.size() - from)), found);
+    for (std::size_t i = 0; i < found.nearness.size(); ++i) {
+      if (!(found.nearness[i] > 0)) continue;
+      float* cells = &cells_[static_cast<std::size_t>(found.row[i]) * width_];
+      if (found.reach[i] == 0) {
+        keep_larger(cells[found.column[i]], found.nearness[i]);
+        continue;
+      }
+      const auto width = static_cast<std::int32_t>(width_);
+      for (std::int32_t x = found.column[i] - found.reach[i]; x <= found.column[i] + found.reach[i]; ++x)
+        keep_larger(cells[(x + width) % width], found.nearness[i]);
     }
   });
 }
@@ -123,14 +122,16 @@ void DepthPanorama::close_gaps(WorkerPool& pool) {
       const int length = width + 2 * window;
       std::vector<float> row(static_cast<std::size_t>(length)), ahead(row.size()), back(row.size());
       const float* from = &in[static_cast<std::size_t>(y) * width_];
-      for (int i = 0; i < length; ++i) row[static_cast<std::size_t>(i)] = from[(i - window + width) % width];
-      for (int i = 0; i < length; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        ahead[at] = i % size == 0 ? row[at] : choose(ahead[at - 1], row[at]);
-      }
-      for (int i = length - 1; i >= 0; --i) {
-        const auto at = static_cast<std::size_t>(i);
-        back[at] = i == length - 1 || (i + 1) % size == 0 ? row[at] : choose(back[at + 1], row[at]);
+      std::copy(from + width - window, from + width, row.begin());
+      std::copy(from, from + width, row.begin() + window);
+      std::copy(from, from + window, row.end() - window);
+      for (int block = 0; block < length; block += size) {
+        const auto first = static_cast<std::size_t>(block),
+                   last = static_cast<std::size_t>(std::min(block + size, length) - 1);
+        ahead[first] = row[first];
+        for (std::size_t i = first + 1; i <= last; ++i) ahead[i] = choose(ahead[i - 1], row[i]);
+        back[last] = row[last];
+        for (std::size_t i = last; i-- > first;) back[i] = choose(back[i + 1], row[i]);
       }
       float* to = &out[static_cast<std::size_t>(y) * width_];
       for (int x = 0; x < width; ++x)
@@ -188,18 +189,30 @@ void DepthPanorama::close(WorkerPool& pool) {
   fill(pool);
 }
 
-float DepthPanorama::nearness(float across, float down) const {
-  const float x = across * static_cast<float>(width_) - 0.5f, y = down * static_cast<float>(height_) - 0.5f;
-  const float left = std::floor(x), top = std::clamp(std::floor(y), 0.0f, static_cast<float>(height_ - 1));
-  const float wx = x - left, wy = std::clamp(y - top, 0.0f, 1.0f);
-  const auto width = static_cast<std::int64_t>(width_);
-  const auto column = static_cast<std::size_t>((static_cast<std::int64_t>(left) + width) % width);
-  const std::size_t next = column + 1 == width_ ? 0 : column + 1;
+void DepthPanorama::nearness_of_row(std::span<const float> across, float down, float* out) const {
+  const float y = down * static_cast<float>(height_) - 0.5f;
+  const float top = std::clamp(std::floor(y), 0.0f, static_cast<float>(height_ - 1));
+  const float wy = std::clamp(y - top, 0.0f, 1.0f);
   const auto row = static_cast<std::size_t>(top), below = std::min<std::size_t>(row + 1, height_ - 1);
   const float* a = &cells_[row * width_];
   const float* b = &cells_[below * width_];
-  const float upper = a[column] + wx * (a[next] - a[column]), lower = b[column] + wx * (b[next] - b[column]);
-  return upper + wy * (lower - upper);
+  const auto width = static_cast<std::int32_t>(width_);
+  for (std::size_t i = 0; i < across.size(); ++i) {
+    const float x = across[i] * static_cast<float>(width_) - 0.5f;
+    auto column = static_cast<std::int32_t>(x + 1.0f) - 1;
+    const float wx = x - static_cast<float>(column);
+    if (column < 0) column += width;
+    if (column >= width) column -= width;
+    const std::int32_t next = column + 1 == width ? 0 : column + 1;
+    const float upper = a[column] + wx * (a[next] - a[column]), lower = b[column] + wx * (b[next] - b[column]);
+    out[i] = upper + wy * (lower - upper);
+  }
+}
+
+float DepthPanorama::nearness(float across, float down) const {
+  float out = 0;
+  nearness_of_row(std::span(&across, 1), down, &out);
+  return out;
 }
 
 }  // namespace hueline::fusion

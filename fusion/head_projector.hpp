@@ -74,6 +74,16 @@ struct HeadMotion {
   }
 };
 
+/// The pixels at which one lens shows places; one element for each place. Beyond the field of view `border_px` is -1,
+/// and the others mean nothing.
+struct LensSights {
+  std::vector<float> x, y, border_px;  ///< as in Sight
+  std::vector<float> cosine;           ///< of the angle between the lens's axis and the line from the lens to the place
+  void resize(std::size_t size) {
+    for (auto* each : {&x, &y, &border_px, &cosine}) each->resize(size);
+  }
+};
+
 /// One lens, prepared for calculation in single precision.
 struct FloatLens {
   explicit FloatLens(const LensMount& mount);
@@ -83,6 +93,10 @@ struct FloatLens {
   /// The same for a head that moves: the pixel is where the lens sees the point when it is exposed, and a rolling
   /// shutter's pixel is the one whose row sees it.
   bool project(float x, float y, float z, const HeadMotion& motion, Sight& sight) const;
+  /// Finds the pixels of many points of the head's frame. Uses the widest vector instructions that the processor has;
+  /// the results have the bits of project(). Returns whether one of the points may lie in the field of view.
+  bool project_each(std::span<const float> places_x, std::span<const float> places_y, std::span<const float> places_z,
+                    LensSights& out) const;
   /// Returns how often a pixel has to be corrected for when it was exposed, for a lens that is late by `late` s.
   int steps_in_time(float late) const { return row_time != 0.0f ? kRowSteps : late != 0.0f ? 1 : 0; }
   /// Whether sample() would read masked pixels, or pixels beyond the lens's image, for this place. There the nearest

@@ -16,6 +16,8 @@
 namespace hueline::fusion {
 
 class WorkerPool;
+struct PanoramaEye;
+struct PanoramaScene;
 
 /// Which panorama is drawn.
 struct PanoramaView {
@@ -32,12 +34,23 @@ enum class PanoramaBlend : std::uint8_t {
   Bands,
 };
 
+/// A lens image of few pixels: means of cells, without the vehicle, blurred.
+struct LowImage {
+  int width = 0, height = 0;
+  float scale = 0;  ///< cells per pixel
+  std::vector<float> pixels;
+  /// Returns the colour at a pixel of the lens.
+  Rgb at(float x, float y) const;
+};
+
 /// The images of one moment of the head.
 struct HeadShot {
   std::span<const RawView> images;  ///< of PanoramaRenderer::cameras(); one without data is missing
   std::uint32_t blind = 0;          ///< one bit for each lens that must not be used
   /// From the head at the moment of the panorama to the head at the moment of these images.
   Transform<CameraHead, CameraHead> T_shot_head{};
+  /// What PanoramaRenderer::low_images() made of `images`; empty: render() makes them.
+  std::span<const LowImage> low{};
 };
 
 /// A panorama, and what is known about it.
@@ -79,6 +92,10 @@ class PanoramaRenderer {
   /// Returns whether a lens would show a place, outside the hole and the masks.
   bool is_seen(const Point<CameraHead>& p_head) const;
 
+  /// Makes the small images that blending and the gains need, one for each lens; empty ones where the image is missing
+  /// or nothing needs them. Whoever renders several panoramas from the same images keeps them.
+  std::vector<LowImage> low_images(std::span<const RawView> images, WorkerPool& pool) const;
+
   /// Renders one panorama of the moment `shot`. What no lens sees below the head, because the vehicle hides it or it
   /// lies in the hole, comes from `others`, the first of them that sees it. `depth` holds the distances in the axes of
   /// `view`; null: everything lies on the stitching sphere of the head.
@@ -86,46 +103,10 @@ class PanoramaRenderer {
                           const DepthPanorama* depth, WorkerPool& pool) const;
 
  private:
-  /// A lens image of few pixels: means of cells, without the vehicle, blurred.
-  struct LowImage {
-    int width = 0, height = 0;
-    float scale = 0;  // cells per pixel
-    std::vector<float> pixels;
-    Rgb at(float x, float y) const;
-  };
-  /// A lens at one moment.
-  struct Eye {
-    FloatLens lens;  // from the head's frame at the moment of the panorama
-    RawView image;
-    int rank = 0;  // 0: the moment of the panorama; then the others in order
-    std::array<float, 3> centre;
-    LowImage low;
-    std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
-  };
-  /// An eye that sees a place.
-  struct Seer {
-    const Eye* eye;
-    Sight sight;
-    float cosine;  // of the angle between the lens's axis and the place
-    float ramp;    // how well inside the usable part of the image, 0 to 1
-  };
-  /// A column or row of the view: sine and cosine of its angle, and its place as a fraction.
-  struct Line {
-    float sine, cosine, fraction;
-  };
-  struct Scene;
-  struct Weights;
-  Eye eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const;
-  float ramp(const Eye& eye, const Sight& sight) const;
-  LowImage low_image(const Eye& eye) const;
-  bool look(const Eye& eye, const Eigen::Vector3f& place, Seer& seer) const;
-  std::size_t seers(const Scene& scene, const Eigen::Vector3f& direction, float nearness, std::span<Seer> out) const;
-  void solve_gains(Scene& scene, WorkerPool& pool) const;
-  Rgb colour(std::span<const Seer> seen) const;
-  static bool is_even(const Scene& scene, const Line& row, std::span<const Line> run, std::span<const Seer> first,
-                      std::span<const Seer> last);
-  void render_rows(const Scene& scene, std::uint32_t from, std::uint32_t to, RgbRaster& out, std::uint64_t& seen,
-                   std::uint64_t& filled) const;
+  PanoramaEye eye_of(const FloatLens& lens, const HeadShot& shot, int rank) const;
+  static bool fits(const FloatLens& lens, const RawView& image);
+  LowImage low_image(const FloatLens& lens, const RawView& image) const;
+  void solve_gains(PanoramaScene& scene, WorkerPool& pool) const;
 
   CameraHeadGeometry head_;
   Config config_;

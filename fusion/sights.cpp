@@ -18,8 +18,69 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// HeadProjector::see() for one vector of places, with the lens whose axis is nearest. The operations are those of
-/// FloatLens::project(), in the same order, so the results have the same bits.
+/// Returns the product of three numbers in a row of a matrix with a vector.
+V row(const std::array<float, 9>& R, std::size_t k, V a, V b, V c) {
+  const D d;
+  return hn::Add(hn::Add(hn::Mul(hn::Set(d, R[k]), a), hn::Mul(hn::Set(d, R[k + 1]), b)),
+                 hn::Mul(hn::Set(d, R[k + 2]), c));
+}
+
+V norm(V a, V b, V c) { return hn::Sqrt(hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c))); }
+
+/// Places in a lens's own frame, and how far they are.
+struct InLens {
+  V x, y, z, distance;
+};
+
+InLens in_lens(const FloatLens& lens, V x, V y, V z) {
+  const D d;
+  const auto along = [&](std::size_t i) {
+    return hn::Add(row(lens.R_lens_head, 3 * i, x, y, z), hn::Set(d, lens.t_lens_head[i]));
+  };
+  const V lx = along(0), ly = along(1), lz = along(2);
+  return {lx, ly, lz, norm(lx, ly, lz)};
+}
+
+/// Whether places lie within a lens's field of view; its image may be smaller.
+hn::Mask<D> is_before(const FloatLens& lens, const InLens& p) {
+  const D d;
+  return hn::And(hn::Ge(p.z, hn::Mul(hn::Set(d, lens.cosine_limit), p.distance)), hn::Gt(p.distance, hn::Zero(d)));
+}
+
+/// FloatLens::project() for one vector of places within the field of view. The operations are the same, in the same
+/// order, so the results have the same bits.
+void project_vector(const FloatLens& lens, const InLens& p, V& sight_x, V& sight_y, V& border) {
+  const D d;
+  const auto set = [d](float value) { return hn::Set(d, value); };
+  const auto times = [&](float factor, V v) { return hn::Mul(set(factor), v); };
+  const V one = set(1.0f);
+  V across, down;
+  if (lens.is_plane) {
+    const V inverse = hn::Div(one, p.z), ax = hn::Mul(p.x, inverse), ay = hn::Mul(p.y, inverse),
+            r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
+    const auto& [k1, k2, p1, p2, k3] = lens.distortion;
+    const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
+    const V radial = hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, inner))));
+    const V cross = hn::Mul(times(2.0f, ax), ay);
+    across =
+        hn::Add(hn::Add(hn::Mul(ax, radial), times(p1, cross)), times(p2, hn::Add(r2, hn::Mul(times(2.0f, ax), ax))));
+    down =
+        hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)), times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
+  } else {
+    const V inverse = hn::Div(one, p.distance);
+    const V u = hn::Add(hn::Mul(hn::Mul(p.z, inverse), set(lens.series_scale)), set(lens.series_shift));
+    V ratio = hn::Zero(d);
+    for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
+    across = hn::Mul(hn::Mul(p.x, inverse), ratio);
+    down = hn::Mul(hn::Mul(p.y, inverse), ratio);
+  }
+  sight_x = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x));
+  sight_y = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
+  border = hn::Min(hn::Min(sight_x, hn::Sub(set(lens.last_x), sight_x)),
+                   hn::Min(sight_y, hn::Sub(set(lens.last_y), sight_y)));
+}
+
+/// HeadProjector::see() for one vector of places, with the lens whose axis is nearest. The results have the same bits.
 struct VectorOfSights {
   std::array<float, 16> x, y, border_px;
   std::array<std::int32_t, 16> lens;  ///< -1: the lens does not show the place
@@ -34,12 +95,6 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
   const auto times = [&](float factor, V v) { return hn::Mul(set(factor), v); };
   const V dx = hn::Add(hn::LoadU(d, px), set(head.origin[0])), dy = hn::Add(hn::LoadU(d, py), set(head.origin[1])),
           dz = hn::Add(hn::LoadU(d, pz), set(head.origin[2]));
-  const auto row = [&](const std::array<float, 9>& R, std::size_t k, V a, V b, V c) {
-    return hn::Add(hn::Add(times(R[k], a), times(R[k + 1], b)), times(R[k + 2], c));
-  };
-  const auto norm = [&](V a, V b, V c) {
-    return hn::Sqrt(hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c)));
-  };
   const V x = row(head.R_head_enu, 0, dx, dy, dz), y = row(head.R_head_enu, 3, dx, dy, dz),
           z = row(head.R_head_enu, 6, dx, dy, dz);
   const auto is_in_hole = hn::Ge(hn::Sub(hn::Zero(d), z), times(hole_cosine, norm(x, y, z)));
@@ -58,7 +113,6 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
     const V number = set(static_cast<float>(lens.index));
     const auto is_of_lens = hn::Eq(index, number);
     if (hn::AllFalse(d, is_of_lens)) continue;
-    const auto& t = lens.t_lens_head;
     V sx = hn::Zero(d), sy = hn::Zero(d), edge = hn::Zero(d);
     auto is_seen = is_of_lens;
     V mx = x, my = y, mz = z;
@@ -74,35 +128,9 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
         my = after(y, x, 2, z, 0, 1);
         mz = after(z, y, 0, x, 1, 2);
       }
-      const V lx = hn::Add(row(lens.R_lens_head, 0, mx, my, mz), set(t[0])),
-              ly = hn::Add(row(lens.R_lens_head, 3, mx, my, mz), set(t[1])),
-              lz = hn::Add(row(lens.R_lens_head, 6, mx, my, mz), set(t[2]));
-      const V distance = norm(lx, ly, lz), one = set(1.0f);
-      V across, down;
-      if (lens.is_plane) {
-        const V inverse = hn::Div(one, lz), ax = hn::Mul(lx, inverse), ay = hn::Mul(ly, inverse),
-                r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
-        const auto& [k1, k2, p1, p2, k3] = lens.distortion;
-        const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
-        const V radial = hn::Add(one, hn::Mul(r2, hn::Add(set(k1), hn::Mul(r2, inner))));
-        const V cross = hn::Mul(times(2.0f, ax), ay);
-        across = hn::Add(hn::Add(hn::Mul(ax, radial), times(p1, cross)),
-                         times(p2, hn::Add(r2, hn::Mul(times(2.0f, ax), ax))));
-        down = hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)),
-                       times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
-      } else {
-        const V inverse = hn::Div(one, distance);
-        const V u = hn::Add(hn::Mul(hn::Mul(lz, inverse), set(lens.series_scale)), set(lens.series_shift));
-        V ratio = hn::Zero(d);
-        for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
-        across = hn::Mul(hn::Mul(lx, inverse), ratio);
-        down = hn::Mul(hn::Mul(ly, inverse), ratio);
-      }
-      sx = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x));
-      sy = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
-      edge = hn::Min(hn::Min(sx, hn::Sub(set(lens.last_x), sx)), hn::Min(sy, hn::Sub(set(lens.last_y), sy)));
-      const auto is_before = hn::And(hn::Ge(lz, times(lens.cosine_limit, distance)), hn::Gt(distance, hn::Zero(d)));
-      is_seen = hn::And(is_seen, hn::And(is_before, hn::Gt(edge, set(kLeastBorder_px))));
+      const InLens place = in_lens(lens, mx, my, mz);
+      project_vector(lens, place, sx, sy, edge);
+      is_seen = hn::And(is_seen, hn::And(is_before(lens, place), hn::Gt(edge, set(kLeastBorder_px))));
     }
     sight_x = hn::IfThenElse(is_seen, sx, sight_x);
     sight_y = hn::IfThenElse(is_seen, sy, sight_y);
@@ -142,12 +170,57 @@ void see_each(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::ui
   }
 }
 
+bool project_each(const FloatLens& lens, std::size_t count, const float* x, const float* y, const float* z,
+                  LensSights& out) {
+  const D d;
+  const std::size_t lanes = hn::Lanes(d);
+  bool any = false;
+  const auto project = [&](const float* px, const float* py, const float* pz, float* sight_x, float* sight_y,
+                           float* border_px, float* cosine) {
+    const InLens place = in_lens(lens, hn::LoadU(d, px), hn::LoadU(d, py), hn::LoadU(d, pz));
+    const auto is_seen = is_before(lens, place);
+    if (hn::AllFalse(d, is_seen)) {
+      hn::StoreU(hn::Set(d, -1.0f), d, border_px);
+      return;
+    }
+    any = true;
+    V sx, sy, border;
+    project_vector(lens, place, sx, sy, border);
+    hn::StoreU(sx, d, sight_x);
+    hn::StoreU(sy, d, sight_y);
+    hn::StoreU(hn::IfThenElse(is_seen, border, hn::Set(d, -1.0f)), d, border_px);
+    hn::StoreU(hn::Div(place.z, place.distance), d, cosine);
+  };
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes)
+    project(x + i, y + i, z + i, &out.x[i], &out.y[i], &out.border_px[i], &out.cosine[i]);
+  if (i == count) return any;
+  std::array<float, 16> px{}, py{}, pz{}, sx{}, sy{}, border{}, cosine{};
+  std::copy_n(x + i, count - i, px.begin());
+  std::copy_n(y + i, count - i, py.begin());
+  std::copy_n(z + i, count - i, pz.begin());
+  project(px.data(), py.data(), pz.data(), sx.data(), sy.data(), border.data(), cosine.data());
+  std::copy_n(sx.begin(), count - i, &out.x[i]);
+  std::copy_n(sy.begin(), count - i, &out.y[i]);
+  std::copy_n(border.begin(), count - i, &out.border_px[i]);
+  std::copy_n(cosine.begin(), count - i, &out.cosine[i]);
+  return any;
+}
+
 }  // namespace hueline::fusion::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace hueline::fusion {
 HWY_EXPORT(see_each);
+HWY_EXPORT(project_each);
+
+bool FloatLens::project_each(std::span<const float> places_x, std::span<const float> places_y,
+                             std::span<const float> places_z, LensSights& out) const {
+  out.resize(places_x.size());
+  return HWY_DYNAMIC_DISPATCH(project_each)(*this, places_x.size(), places_x.data(), places_y.data(), places_z.data(),
+                                            out);
+}
 
 void HeadProjector::see_each(const RelativeHead& head, const HeadMotion& motion, const RelativePlaces& places,
                              const std::uint8_t* has_image, std::uint32_t blind, Sights& out) const {

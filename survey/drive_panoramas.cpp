@@ -185,6 +185,12 @@ std::vector<fusion::RawView> DrivePanoramas::views(const Moment& moment) const {
   return out;
 }
 
+/// Returns the images of a moment as the renderer takes them, from the panorama's own place.
+fusion::HeadShot DrivePanoramas::shot_of(Moment& moment, const std::vector<fusion::RawView>& images) {
+  if (moment.low.empty()) moment.low = renderer_.low_images(images, pool_);
+  return {images, moment.blind, {}, moment.low};
+}
+
 std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view) {
   std::vector<Eigen::Vector3f> points;
   const Eigen::Matrix3d R = T_enu_view.rotation.conjugate().toRotationMatrix();
@@ -201,7 +207,7 @@ std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, Ca
 
 void DrivePanoramas::make(std::size_t index) {
   moments_[index].is_done = true;
-  const Moment& moment = moments_[index];
+  Moment& moment = moments_[index];
   if (!moment.is_chosen || !wants_more_) return;
   ++counts_.chosen;
   if (!moment.pose || !origin_) {
@@ -257,13 +263,12 @@ void DrivePanoramas::make(std::size_t index) {
     const std::vector<std::size_t> near = neighbours(index);
     for (const std::size_t i : near) other_images.push_back(views(moments_[i]));
     for (std::size_t i = 0; i < near.size(); ++i) {
-      const Moment& other = moments_[near[i]];
-      others.push_back(
-          {other_images[i], other.blind, (other.pose->T_enu_body * head.T_body_head).inverse() * T_enu_head});
+      Moment& other = moments_[near[i]];
+      others.push_back(shot_of(other, other_images[i]));
+      others.back().T_shot_head = (other.pose->T_enu_body * head.T_body_head).inverse() * T_enu_head;
     }
   }
-  out.rendered =
-      renderer_.render(view, {images, moment.blind, {}}, others, config_.use_depth ? &depth_ : nullptr, pool_);
+  out.rendered = renderer_.render(view, shot_of(moment, images), others, config_.use_depth ? &depth_ : nullptr, pool_);
   out.view = view;
   ++counts_.made;
   wants_more_ = use_(std::move(out));

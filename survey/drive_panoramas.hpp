@@ -111,6 +111,7 @@ class DrivePanoramas : public runtime::ProductSink {
     std::uint32_t blind = 0;
     bool is_settled = false, is_done = false;
     std::optional<fusion::Pose> pose;
+    std::vector<fusion::LowImage> low;  // of the images, once a panorama has needed them
   };
   /// Points of one batch, relative to its first one.
   struct Placed {
@@ -123,6 +124,7 @@ class DrivePanoramas : public runtime::ProductSink {
   void make(std::size_t index);
   std::vector<std::size_t> neighbours(std::size_t index) const;
   std::vector<fusion::RawView> views(const Moment& moment) const;
+  fusion::HeadShot shot_of(Moment& moment, const std::vector<fusion::RawView>& images);
   std::size_t gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view);
   void forget_front();
 

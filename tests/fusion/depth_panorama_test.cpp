@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <random>
 #include <vector>
 
+#include "fusion/panorama_cells.hpp"
 #include "fusion/worker_pool.hpp"
 
 namespace hueline::fusion {
@@ -47,6 +51,56 @@ TEST(DepthPanorama, KnowsWhereTheAxesPoint) {
   depth.close(pool);
   for (const auto& [azimuth, elevation, distance] : things)
     EXPECT_NEAR(distance_at(depth, azimuth, elevation), distance, 0.001);
+}
+
+TEST(DepthPanorama, CellsAreThoseOfTheAngles) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> along(-30, 30);
+  constexpr std::uint32_t kWidth = 2048;
+  constexpr double kPerRad = kWidth / (2 * pi);
+  for (const std::size_t count : {0ul, 1ul, 15ul, 16ul, 20'003ul}) {
+    std::vector<Eigen::Vector3f> points;
+    for (std::size_t i = 0; i < count; ++i) points.emplace_back(along(random), along(random), along(random));
+    PanoramaCells cells;
+    find_cells(kWidth, points, cells);
+    ASSERT_EQ(cells.row.size(), count);
+    std::size_t beside = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d p = points[i].cast<double>();
+      const double across = std::hypot(p.x(), p.y()), row = std::atan2(across, p.z()) * kPerRad,
+                   column = kWidth / 2.0 - std::atan2(p.y(), p.x()) * kPerRad;
+      // A cell beside it only where the place is at the border of two.
+      ASSERT_NEAR(cells.row[i] + 0.5, row, 0.501);
+      ASSERT_NEAR(cells.column[i] + 0.5, column, 0.501);
+      beside += cells.row[i] != static_cast<int>(row) || cells.column[i] != static_cast<int>(column);
+      ASSERT_NEAR(cells.nearness[i] * p.norm(), 1, 1e-6);
+      ASSERT_EQ(cells.reach[i], static_cast<int>(std::min(0.5 * p.norm() / across, kWidth / 8.0)));
+    }
+    EXPECT_LE(beside, count / 500);
+  }
+}
+
+TEST(DepthPanorama, PointsThatAreTooNearOrNoNumbersHaveNoCell) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
+  const std::vector<Eigen::Vector3f> points{{0, 0, 0},          {0.03f, 0, 0.02f}, {kNone, 1, 1},
+                                            {1, 1, kNone},      {kInfinite, 0, 0}, {0, -kInfinite, 1},
+                                            {0, 0, -kInfinite}, {3e38f, 3e38f, 0}};
+  PanoramaCells cells;
+  find_cells(1024, points, cells);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_EQ(cells.nearness[i], 0) << i;
+    EXPECT_EQ(cells.row[i], 0) << i;
+    EXPECT_EQ(cells.column[i], 0) << i;
+  }
+  // The ends of the axes, where an angle is 0 or pi.
+  const std::vector<Eigen::Vector3f> ends{{2, 0, 0}, {-2, 0, 0}, {0, 2, 0}, {0, -2, 0}, {0, 0, 2}, {0, 0, -2}};
+  find_cells(1024, ends, cells);
+  const std::vector<std::array<int, 2>> expected{{512, 256}, {0, 256}, {256, 256}, {768, 256}, {512, 0}, {512, 511}};
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    EXPECT_GE(cells.nearness[i], 0.4999f) << i;
+    EXPECT_NEAR(cells.column[i], expected[i][0], 1) << i;
+    EXPECT_NEAR(cells.row[i], expected[i][1], 1) << i;
+  }
 }
 
 TEST(DepthPanorama, FillsBetweenThePointsOfASurfaceAndKeepsAPlanePlane) {

@@ -92,6 +92,43 @@ TEST(HeadProjector, ManyPlacesAtOnceAreSeenAsOneByOne) {
   }
 }
 
+TEST(HeadProjector, OneLensSeesManyPlacesAtOnceAsOneByOne) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> along(-20, 20);
+  for (const LensModel model : {LensModel::Brown, LensModel::KannalaBrandt}) {
+    const HeadProjector projector(test::ladybug_rig(model).head, ColourMethod::Lens);
+    for (const std::size_t count : {0ul, 1ul, 17ul, 4003ul}) {
+      std::vector<float> x(count), y(count), z(count);
+      for (std::size_t i = 0; i < count; ++i) x[i] = along(random), y[i] = along(random), z[i] = along(random);
+      for (const FloatLens& lens : projector.lenses()) {
+        LensSights sights;
+        const bool any = lens.project_each(x, y, z, sights);
+        std::size_t seen = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+          Sight sight;
+          const bool is_seen = lens.project(x[i], y[i], z[i], sight);
+          seen += is_seen;
+          if (!any) {
+            ASSERT_FALSE(is_seen);
+            continue;
+          }
+          ASSERT_EQ(sights.border_px[i] > kLeastBorder_px, is_seen);
+          if (!is_seen) continue;
+          ASSERT_EQ(sights.x[i], sight.x);
+          ASSERT_EQ(sights.y[i], sight.y);
+          ASSERT_EQ(sights.border_px[i], sight.border_px);
+          const auto& t = lens.t_lens_head;
+          const auto& R = lens.R_lens_head;
+          EXPECT_NEAR(sights.cosine[i], (R[6] * x[i] + R[7] * y[i] + R[8] * z[i] + t[2]) / sight.distance, 1e-5);
+        }
+        if (count > 100) {
+          EXPECT_GT(seen, count / 10);
+        }
+      }
+    }
+  }
+}
+
 TEST(HeadProjector, ShowsWhatItsNearestPixelShowsWithoutTheMaskAndTheBorder) {
   CameraHeadGeometry head = test::ladybug_rig(LensModel::KannalaBrandt).head;
   for (LensMount& lens : head.lenses) lens.masks = {{{100, 100}, {200, 100}, {200, 150}, {100, 150}}};
