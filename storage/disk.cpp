@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -42,7 +43,8 @@ class KernelFile final : public DiskFile {
     if (size_of(pieces) >= kLargeBytes && can_write_directly() && make_staged()) {
       const std::size_t begin = static_cast<std::size_t>(end_ % kBlock);
       const std::size_t most = begin > 0 ? kBlock - begin : kStagedBytes;
-      taken = write_part(end_, {staged_.bytes.get() + begin, gather(pieces, staged_.bytes.get() + begin, most)});
+      const iovec part{staged_.bytes.get() + begin, gather(pieces, staged_.bytes.get() + begin, most)};
+      taken = write_parts(end_, std::span(&part, 1));
     } else {
       taken = answer(::pwritev(fd_, pieces.data(), static_cast<int>(pieces.size()), static_cast<off_t>(end_)));
     }
@@ -55,7 +57,7 @@ class KernelFile final : public DiskFile {
     std::byte* const piece = behind_->free_piece();
     if (piece == nullptr) return settle();
     const std::size_t begin = static_cast<std::size_t>(end_ % kBlock);
-    const std::size_t size = gather(pieces, piece + begin, kStagedBytes - begin);  // ends at a block, or with the bytes
+    const std::size_t size = gather(pieces, piece + begin, kBehindBytes - begin);  // ends at a block, or with the bytes
     behind_->hand_over(end_, begin, size);
     is_unsettled_ = true;
     end_ += size;
@@ -111,6 +113,9 @@ class KernelFile final : public DiskFile {
   static constexpr std::size_t kBlock = BlockMemory::kBlock;
   static constexpr std::size_t kLargeBytes = 1U << 20;
   static constexpr std::size_t kStagedBytes = 4U << 20;
+  /// Of a piece that is written behind: several are written at once, and what the disk has fetched is used again while
+  /// the processor's cache still has it.
+  static constexpr std::size_t kBehindBytes = 1U << 20;
 
   static std::int64_t answer(ssize_t result) { return result < 0 ? -errno : result; }
   static std::size_t size_of(std::span<const iovec> pieces) {
@@ -144,8 +149,8 @@ class KernelFile final : public DiskFile {
   bool make_behind() {
     if (behind_ || std::exchange(has_no_behind_, true)) return behind_ != nullptr;
     try {
-      behind_ = std::make_unique<WriteBehind>(kStagedBytes, [this](std::uint64_t offset, auto bytes) {
-        return was_cut(offset) ? -ENODATA : write_part(offset, bytes);
+      behind_ = std::make_unique<WriteBehind>(kBehindBytes, [this](std::uint64_t offset, auto parts) {
+        return was_cut(offset) ? -ENODATA : write_parts(offset, parts);
       });
     } catch (const std::exception&) {
     }
@@ -164,19 +169,25 @@ class KernelFile final : public DiskFile {
     return settle(missing);
   }
 
-  /// Writes up to the next block, or the whole blocks, or what fills none; the bytes lie in their block's memory as in
-  /// the file. On whichever thread writes at present.
-  std::int64_t write_part(std::uint64_t offset, std::span<const std::byte> bytes) {
+  /// Writes up to the next block, or the whole blocks, or what fills none. The bytes lie in their block's memory as in
+  /// the file, and all parts but the last end at a block. On whichever thread writes at present.
+  std::int64_t write_parts(std::uint64_t offset, std::span<const iovec> parts) {
+    const iovec& first = parts.front();
     const std::size_t begun = static_cast<std::size_t>(offset % kBlock);
-    const bool is_direct = begun == 0 && bytes.size() >= kBlock && !is_direct_refused_;
-    const std::size_t size = begun > 0   ? std::min(bytes.size(), kBlock - begun)
-                             : is_direct ? bytes.size() / kBlock * kBlock
-                                         : bytes.size();
-    const auto write = [&](int fd) { return answer(::pwrite(fd, bytes.data(), size, static_cast<off_t>(offset))); };
-    const std::int64_t taken = write(is_direct ? direct_fd_ : fd_);
-    if (taken != -EINVAL || !is_direct) return taken;
+    const auto write = [&](int fd, std::size_t size) {
+      return answer(::pwrite(fd, first.iov_base, size, static_cast<off_t>(offset)));
+    };
+    if (begun > 0) return write(fd_, std::min(first.iov_len, kBlock - begun));
+    if (first.iov_len < kBlock || is_direct_refused_) return write(fd_, first.iov_len);
+    std::array<iovec, WriteBehind::kMostAtOnce> whole;
+    std::size_t count = 0;
+    for (const iovec& part : parts)
+      if (part.iov_len >= kBlock) whole[count++] = {part.iov_base, part.iov_len / kBlock * kBlock};
+    const std::int64_t taken =
+        answer(::pwritev(direct_fd_, whole.data(), static_cast<int>(count), static_cast<off_t>(offset)));
+    if (taken != -EINVAL) return taken;
     is_direct_refused_ = true;  // this file cannot be written like this after all
-    return write(fd_);
+    return write(fd_, first.iov_len);
   }
 
   int fd_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/uio.h>
+
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -26,15 +28,18 @@ struct BlockMemory {
   }
 };
 
-/// Writes pieces of memory one after another with a thread of its own, while the next piece is filled. After the first
+/// Writes pieces of memory one after another with a thread of its own, while the next pieces are filled. Up to four
+/// pieces that wait for the disk are handed to it at once, so that it has something to do all the time. After the first
 /// piece that cannot be written nothing more is, so that there is never a gap.
 /// Thread safety: none; one thread calls all functions.
 class WriteBehind {
  public:
-  /// Writes some of the bytes, as pwrite() does, and returns their number or minus errno. Called on the other thread.
-  using Write = std::function<std::int64_t(std::uint64_t offset, std::span<const std::byte> bytes)>;
+  static constexpr std::size_t kMostAtOnce = 4;  ///< pieces
+  /// Writes some of the bytes, as pwritev() does, and returns their number or minus errno. Called on the other thread.
+  /// All but the last of the parts end at a block of the file.
+  using Write = std::function<std::int64_t(std::uint64_t offset, std::span<const iovec> parts)>;
 
-  /// Each of the four pieces has room for `piece_bytes`, a multiple of BlockMemory::kBlock, after the first block.
+  /// Each of the eight pieces has room for `piece_bytes`, a multiple of BlockMemory::kBlock, after the first block.
   /// Throws std::system_error if there can be no thread, and std::bad_alloc if there is no memory.
   WriteBehind(std::size_t piece_bytes, Write write);
   /// Waits until everything is written.
@@ -53,14 +58,15 @@ class WriteBehind {
   void forget();
 
  private:
-  static constexpr std::size_t kPieces = 4;
+  static constexpr std::size_t kPieces = 8;
   struct Piece {
     BlockMemory memory;
     std::uint64_t offset = 0;
     std::size_t begin = 0, size = 0;
   };
   void write_pieces();
-  int write_whole(const Piece& piece, std::uint64_t& left) const;
+  std::size_t count_together() const;
+  int write_whole(std::uint64_t offset, std::span<iovec> parts, std::uint64_t& left) const;
 
   Write write_;
   Piece pieces_[kPieces];
