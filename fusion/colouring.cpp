@@ -9,6 +9,7 @@
 
 #include "core/portable_math.hpp"
 #include "fusion/colouring_piece.hpp"
+#include "fusion/head_motion.hpp"
 #include "fusion/lens_exposure.hpp"
 #include "fusion/worker_pool.hpp"
 
@@ -17,9 +18,6 @@ namespace {
 constexpr std::size_t kBatchesAtOnce =
     256;  // limits the working memory; about 100 000 points for packets of 384 returns
 constexpr nanoseconds kAdvance{10'000'000};  // so much is coloured at once, so that there is work for all threads
-constexpr nanoseconds kExposedAtOnce{
-    10'000};  // lenses exposed less than this apart are exposed at once: 0.3 mm at 30 m/s
-constexpr nanoseconds kMotionAround{5'000'000};  // poses this far before and after an exposure tell how the head moves
 }  // namespace
 
 void Colouring::Config::visit(Keys& keys) {
@@ -210,8 +208,7 @@ void Colouring::tell_lenses(const Exposure& exposure, Moment& moment) const {
       moment.reported.resize(rig_.head.lenses.size());
       moment.reported[i] = *part;
     }
-    const nanoseconds late = exposure.exposure_mid + lateness_of(exposure, lens) - moment.time;
-    moment.lateness[i] = std::chrono::abs(late) < kExposedAtOnce ? 0.0f : static_cast<float>(to_seconds(late));
+    moment.lateness[i] = lateness_at(exposure, lens, moment.time);
   }
 }
 
@@ -348,30 +345,11 @@ void Colouring::resolve_viewpoints(bool everything) {
     viewpoint.centre_enu = T_head_enu.inverse().translation;
     viewpoint.leapt = pose->leapt;
     viewpoint.eyes = projector_.eyes();
-    if (is_moved) viewpoint.motion = motion_at(moment.time, T_head_enu);
+    if (is_moved) viewpoint.motion = motion_at(trajectory_, moment.time, rig_.head.T_body_head);
     viewpoint.motion.lateness = moment.lateness;
     moment.viewpoint = viewpoint;
     drop_frozen(moment);
   }
-}
-
-/// Returns how the head moves, from the poses around; a head whose poses around are missing is taken to stand.
-HeadMotion Colouring::motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const {
-  HeadMotion motion;
-  const auto [before, no_before] = trajectory_.pose_at(time - kMotionAround);
-  const auto [after, no_after] = trajectory_.pose_at(time + kMotionAround);
-  if (!before || !after) return motion;
-  const double duration = to_seconds(2 * kMotionAround);
-  const Transform<Enu, CameraHead> from = before->T_enu_body * rig_.head.T_body_head,
-                                   to = after->T_enu_body * rig_.head.T_body_head;
-  const Eigen::Vector3d velocity = T_head_enu.rotation * (to.translation - from.translation) / duration;
-  // What turns a standing point from the head's axes before to those after.
-  const Eigen::Vector3d rate = portable::rotation_vector(to.rotation.inverse() * from.rotation) / duration;
-  for (int i = 0; i < 3; ++i) {
-    motion.velocity[static_cast<std::size_t>(i)] = static_cast<float>(velocity[i]);
-    motion.rate[static_cast<std::size_t>(i)] = static_cast<float>(rate[i]);
-  }
-  return motion;
 }
 
 void Colouring::drop_frozen(Moment& moment) {

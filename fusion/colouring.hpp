@@ -142,7 +142,6 @@ class Colouring {
   PlacedBatch unplaced(StampedLaserBatch&& batch);
   void resolve_viewpoints(bool everything);
   void tell_lenses(const Exposure& exposure, Moment& moment) const;
-  HeadMotion motion_at(GpsTime time, const Transform<CameraHead, Enu>& T_head_enu) const;
   void drop_frozen(Moment& moment);
   void map_depths(GpsTime from, GpsTime to);
   bool is_ready(const PlacedBatch& batch) const;

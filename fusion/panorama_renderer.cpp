@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/portable_math.hpp"
+#include "fusion/head_motion.hpp"
 #include "fusion/panorama_scene.hpp"
 #include "fusion/worker_pool.hpp"
 
@@ -151,6 +152,7 @@ PanoramaEye PanoramaRenderer::eye_of(const FloatLens& lens, const HeadShot& shot
     eye.lens.t_lens_head[at] = t_head[i];
     eye.lens.axis[at] = R_head(2, i);
   }
+  eye.motion = motion_from(shot.motion, shot.T_shot_head);
   // The vehicle may be shown, but not where it was at another moment.
   if (config_.hide_vehicle || rank > 0) eye.clearance = clearance_[lens.index];
   eye.ramp_px = ramp_px_[lens.index];

@@ -51,6 +51,9 @@ struct HeadShot {
   Transform<CameraHead, CameraHead> T_shot_head{};
   /// What PanoramaRenderer::low_images() made of `images`; empty: render() makes them.
   std::span<const LowImage> low{};
+  /// How the head moves at the moment of these images, and how late each lens is against it: rows of a rolling shutter
+  /// are sampled where they saw the place.
+  HeadMotion motion{};
 };
 
 /// A panorama, and what is known about it.

@@ -105,9 +105,35 @@ void PanoramaPlaces::take(const PanoramaPlaces& from, std::span<const std::uint3
   take_of(from.rise, rise);
 }
 
+/// Finds the pixels of the places, of a head that moves as FloatLens::project() does for one place: the pixel is where
+/// the lens sees the place when the pixel's row is exposed.
+bool PanoramaLook::project(const PanoramaEye& eye, const PanoramaPlaces& places) {
+  const FloatLens& lens = eye.lens;
+  if (!lens.project_each(places.x, places.y, places.z, sights)) return false;
+  const float late = eye.motion.lateness[lens.index];
+  const int steps = lens.steps_in_time(late);
+  if (steps == 0) return true;
+  const std::size_t count = places.size();
+  for (auto* each : {&x_, &y_, &z_}) each->resize(count);
+  least_border_ = sights.border_px;
+  for (int step = 0; step < steps; ++step) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool is_seen = least_border_[i] > kLeastBorder_px;
+      const float dt = is_seen ? late + lens.row_time * (sights.y[i] - lens.middle_row) : 0;
+      const auto [x, y, z] = eye.motion.place_after(places.x[i], places.y[i], places.z[i], dt);
+      x_[i] = x, y_[i] = y, z_[i] = z;
+    }
+    if (!lens.project_each(x_, y_, z_, sights)) return false;
+    for (std::size_t i = 0; i < count; ++i) least_border_[i] = std::min(least_border_[i], sights.border_px[i]);
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (!(least_border_[i] > kLeastBorder_px)) sights.border_px[i] = -1;
+  return true;
+}
+
 bool PanoramaLook::look(const PanoramaEye& eye, const PanoramaPlaces& places) {
   const std::size_t count = places.size();
-  if (!eye.lens.project_each(places.x, places.y, places.z, sights)) return false;
+  if (!project(eye, places)) return false;
   ramp.resize(count);
   const float per_px = 1 / eye.ramp_px;
   const float* border = sights.border_px.data();

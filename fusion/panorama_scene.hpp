@@ -21,6 +21,7 @@ struct PanoramaEye {
   RawView image{};
   int rank = 0;                               ///< 0: the moment of the panorama; then the others in order
   std::span<const std::uint8_t> clearance{};  ///< pixels to the nearest that shows nothing; empty: all show something
+  HeadMotion motion{};                        ///< in the frame of the panorama's moment, around the eye's own
   float ramp_px = 0;                          ///< the lens fades in over so many pixels
   const LowImage* low = nullptr;
   std::array<float, 3> gain{1.0f, 1.0f, 1.0f};
@@ -80,6 +81,10 @@ struct PanoramaLook {
   std::vector<float> ramp;  ///< how well inside the usable part of the image, 0 (the eye does not see it) to 1
   /// Returns whether the eye may see one of the places; if not, the results are not there.
   bool look(const PanoramaEye& eye, const PanoramaPlaces& places);
+
+ private:
+  bool project(const PanoramaEye& eye, const PanoramaPlaces& places);
+  std::vector<float> x_, y_, z_, least_border_;  // of a head that moves: where a lens sees the places
 };
 
 /// Draws rows of a panorama. The object keeps its working memory. Thread safety: none; threads have one each.

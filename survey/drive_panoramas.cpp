@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "fusion/head_motion.hpp"
 #include "survey/latest_exposure.hpp"
 
 namespace hueline::survey {
@@ -76,6 +77,7 @@ void DrivePanoramas::on_settled_laser(const StampedLaserBatch& batch, const fusi
   while (!placed_.empty() && placed_.front().time < now - kLatestExposure - config_.around - kFillAround &&
          (moments_.empty() || placed_.front().time < moments_.front().time - config_.around))
     placed_.pop_front();
+  find_motions(trajectory, now);
   make_ready(now - (fills() ? std::max(config_.around, kFillAround) : config_.around));
 }
 
@@ -119,6 +121,10 @@ void DrivePanoramas::on_exposure(const Exposure& exposure) {
   image = exposure.image;
   // The other cameras of a moment may have the chosen number.
   if (!moment->is_chosen && !fills() && (choice.numbers.empty() || cameras.size() == 1)) image.buffer = {};
+  const auto& lenses = rig_.geometry.head.lenses;
+  for (std::size_t i = 0; i < lenses.size(); ++i)
+    if (lenses[i].camera == exposure.camera)
+      moment->motion.lateness[i] = fusion::lateness_at(exposure, lenses[i], moment->time);
   moment->blind |= renderer_.blind_lenses(exposure.camera, exposure.image.lost);
   const std::size_t bytes = image.buffer.bytes().size();
   moment->bytes += bytes;
@@ -140,7 +146,19 @@ void DrivePanoramas::on_settled_exposure(const Exposure& exposure, const fusion:
     moment.is_settled = true;
     moment.pose = trajectory.pose_at(moment.time).pose;
   }
+  find_motions(trajectory, exposure.exposure_mid);
   if (!config_.use_depth) make_ready(exposure.exposure_mid - rig_.colouring.together);
+}
+
+/// Finds out how the head moved at the moments around which the poses are final: those to `reached` are.
+void DrivePanoramas::find_motions(const fusion::Trajectory& trajectory, GpsTime reached) {
+  for (Moment& moment : moments_) {
+    if (moment.has_motion || moment.time + fusion::kMotionAround > reached) continue;
+    const auto lateness = moment.motion.lateness;
+    moment.motion = fusion::motion_at(trajectory, moment.time, rig_.geometry.head.T_body_head);
+    moment.motion.lateness = lateness;
+    moment.has_motion = true;
+  }
 }
 
 void DrivePanoramas::make_ready(GpsTime reached) {
@@ -188,7 +206,7 @@ std::vector<fusion::RawView> DrivePanoramas::views(const Moment& moment) const {
 /// Returns the images of a moment as the renderer takes them, from the panorama's own place.
 fusion::HeadShot DrivePanoramas::shot_of(Moment& moment, const std::vector<fusion::RawView>& images) {
   if (moment.low.empty()) moment.low = renderer_.low_images(images, pool_);
-  return {images, moment.blind, {}, moment.low};
+  return {images, moment.blind, {}, moment.low, moment.motion};
 }
 
 std::size_t DrivePanoramas::gather(const Moment& moment, const Transform<Enu, CameraHead>& T_enu_view) {

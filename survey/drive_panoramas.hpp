@@ -111,6 +111,8 @@ class DrivePanoramas : public runtime::ProductSink {
     std::uint32_t blind = 0;
     bool is_settled = false, is_done = false;
     std::optional<fusion::Pose> pose;
+    bool has_motion = false;
+    fusion::HeadMotion motion;
     std::vector<fusion::LowImage> low;  // of the images, once a panorama has needed them
   };
   /// Points of one batch, relative to its first one.
@@ -120,6 +122,7 @@ class DrivePanoramas : public runtime::ProductSink {
     std::vector<Eigen::Vector3f> points;
   };
   bool fills() const { return config_.fill_hole && config_.use_depth; }
+  void find_motions(const fusion::Trajectory& trajectory, GpsTime reached);
   void make_ready(GpsTime reached);
   void make(std::size_t index);
   std::vector<std::size_t> neighbours(std::size_t index) const;

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "fusion/head_motion.hpp"
 #include "fusion/worker_pool.hpp"
 #include "tests/fusion/drive.hpp"
 
@@ -52,8 +53,10 @@ struct Room {
                                                     std::sin(polar) * std::sin(azimuth), std::cos(polar)))
                              .cast<float>());
   }
-  /// Takes the image of a head at another place in the room. The light of all lenses is multiplied by `light`.
-  void photograph(const Transform<CameraHead, CameraHead>& T_room_head, double light, double dim = 1) {
+  /// Takes the image of a head at another place in the room. The light of all lenses is multiplied by `light`. The head
+  /// moves and turns in its own axes, m/s and rad/s, while the rows of a rolling shutter are exposed.
+  void photograph(const Transform<CameraHead, CameraHead>& T_room_head, double light, double dim = 1,
+                  const Vector3& velocity = Vector3::Zero(), const Vector3& turning = Vector3::Zero()) {
     const auto& lenses = rig.head.lenses;
     std::vector<CameraModel> models;
     for (const LensMount& lens : lenses) models.emplace_back(lens.intrinsics);
@@ -61,7 +64,11 @@ struct Room {
     for (std::uint32_t y = 0; y < 256 * 6; ++y)
       for (std::uint32_t x = 0; x < 306; ++x)
         if (const auto ray = models[y / 256].unproject({double(x), double(y % 256)})) {
-          const auto T = T_room_head * lenses[y / 256].T_head_lens;
+          const double dt = to_seconds(lenses[y / 256].row_time) * (y % 256 - 127.5);
+          Transform<CameraHead, CameraHead> moved;
+          moved.translation = velocity * dt;
+          moved.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(turning.norm() * dt, turning.stableNormalized()));
+          const auto T = T_room_head * moved * lenses[y / 256].T_head_lens;
           seen[std::size_t{y} * 306 + x] = on_wall(T.translation, T.rotation * ray->xyz);
         }
     image = make_image(306, 256 * 6, kFormat, [&](std::uint32_t x, std::uint32_t y, int c) {
@@ -199,6 +206,46 @@ TEST(PanoramaRenderer, FillsTheHoleFromAnotherPlace) {
     }
   ASSERT_GT(count, 10'000);
   EXPECT_LT(sum / count, 4);
+}
+
+TEST(PanoramaRenderer, RowsOfARollingShutterShowWhereTheySawThePlaces) {
+  Room room;
+  for (LensMount& lens : room.rig.head.lenses) lens.row_time = nanoseconds(80'000);
+  const Vector3 velocity(12, 1, -0.5), turning(0.3, -0.2, 0.9);
+  room.photograph({}, 1, 1, velocity, turning);
+  const RawView image = view_of(room.image);
+  WorkerPool pool(2);
+  DepthPanorama depth({.width = 1024});
+  depth.add(room.points, pool);
+  depth.close(pool);
+  const PanoramaRenderer renderer(room.rig.head, {});
+  HeadMotion motion;
+  for (std::size_t i = 0; i < 3; ++i) {
+    motion.velocity[i] = static_cast<float>(velocity[static_cast<int>(i)]);
+    motion.rate[i] = -static_cast<float>(turning[static_cast<int>(i)]);
+  }
+  const HeadShot still{.images = std::span(&image, 1)}, moving{.images = std::span(&image, 1), .motion = motion};
+  const double with_motion = error(renderer.render(kView, moving, {}, &depth, pool), kView),
+               without = error(renderer.render(kView, still, {}, &depth, pool), kView);
+  EXPECT_LT(with_motion, 2.0);
+  EXPECT_GT(without, 3 * with_motion);
+}
+
+TEST(HeadMotion, IsTheSameInAnotherFrameOfTheHead) {
+  const HeadMotion motion{.velocity = {14, 0.3f, -0.2f}, .rate = {0.1f, -0.2f, 0.6f}};
+  Transform<CameraHead, CameraHead> T;
+  T.rotation = Eigen::AngleAxisd(0.7, Vector3(0.3, 0.8, -0.2).normalized());
+  T.translation = Vector3(5, -2, 0.5);
+  const HeadMotion seen = motion_from(motion, T);
+  for (const Vector3& p : {Vector3(1, 2, 3), Vector3(-20, 4, 0.5), Vector3(0, 0, -2)}) {
+    const Vector3 q = T.rotation * p + T.translation;
+    const auto as_floats = [](const Vector3& v) { return v.cast<float>().eval(); };
+    const Eigen::Vector3f from = as_floats(p), to = as_floats(q);
+    const auto moved = seen.place_after(from.x(), from.y(), from.z(), 0.01f),
+               expected = motion.place_after(to.x(), to.y(), to.z(), 0.01f);
+    const Vector3 back = T.rotation * Vector3(moved[0], moved[1], moved[2]) + T.translation;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(back[i], expected[static_cast<std::size_t>(i)], 1e-5);
+  }
 }
 
 TEST(PanoramaRenderer, AveragesWhereThePanoramaIsCoarserThanTheLenses) {

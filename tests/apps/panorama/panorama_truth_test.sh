@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Panoramas of a narrow alley without noise against what an eye at the head's centre sees: joined by the laser's distances, and on a sphere.
+# Panoramas of a narrow alley without noise against what an eye at the head's centre sees: joined by the laser's distances, and on a sphere. The
+# cameras have rolling shutters: between its first and last row the vehicle drives 0.1 m.
 # usage: panorama_truth_test.sh HUELINE PANORAMA_PROOF
 set -euo pipefail
 hueline=$1 proof=$2
@@ -14,7 +15,7 @@ noise: false
 street: {curve_deg: 0, sun_azimuth_deg: 60, sun_elevation_deg: 55}
 drive: {lane_offset_m: 0, stand_s: 0, accelerate_s: 0.5, speed: 5, brake_s: 0.5, halt_s: 0}
 laser: {min_range_m: 0.6}
-camera: {rate_hz: 2, lens_width: 408, lens_height: 340, vignetting: 0}
+camera: {shutter: rolling, row_time_us: 60, rate_hz: 2, lens_width: 408, lens_height: 340, vignetting: 0}
 YAML
 for made in "depth hide" "depth fill" "sphere hide"; do
   set -- $made
