@@ -27,36 +27,35 @@ V row(const std::array<float, 9>& R, std::size_t k, V a, V b, V c) {
 
 V norm(V a, V b, V c) { return hn::Sqrt(hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c))); }
 
-/// Places in a lens's own frame, and how far they are.
-struct InLens {
-  V x, y, z, distance;
-};
-
-InLens in_lens(const FloatLens& lens, V x, V y, V z) {
+/// Finds the places in a lens's own frame, and their distances. Vectors whose length only the processor knows cannot be
+/// members, so the results are apart.
+void in_lens(const FloatLens& lens, V x, V y, V z, V& lx, V& ly, V& lz, V& distance) {
   const D d;
   const auto along = [&](std::size_t i) {
     return hn::Add(row(lens.R_lens_head, 3 * i, x, y, z), hn::Set(d, lens.t_lens_head[i]));
   };
-  const V lx = along(0), ly = along(1), lz = along(2);
-  return {lx, ly, lz, norm(lx, ly, lz)};
+  lx = along(0);
+  ly = along(1);
+  lz = along(2);
+  distance = norm(lx, ly, lz);
 }
 
-/// Whether places lie within a lens's field of view; its image may be smaller.
-hn::Mask<D> is_before(const FloatLens& lens, const InLens& p) {
+/// Whether places of a lens's frame lie within its field of view; its image may be smaller.
+hn::Mask<D> is_before(const FloatLens& lens, V lz, V distance) {
   const D d;
-  return hn::And(hn::Ge(p.z, hn::Mul(hn::Set(d, lens.cosine_limit), p.distance)), hn::Gt(p.distance, hn::Zero(d)));
+  return hn::And(hn::Ge(lz, hn::Mul(hn::Set(d, lens.cosine_limit), distance)), hn::Gt(distance, hn::Zero(d)));
 }
 
-/// FloatLens::project() for one vector of places within the field of view. The operations are the same, in the same
-/// order, so the results have the same bits.
-void project_vector(const FloatLens& lens, const InLens& p, V& sight_x, V& sight_y, V& border) {
+/// FloatLens::project() for one vector of places of the lens's frame within the field of view. The operations are the
+/// same, in the same order, so the results have the same bits.
+void project_vector(const FloatLens& lens, V lx, V ly, V lz, V distance, V& sight_x, V& sight_y, V& border) {
   const D d;
   const auto set = [d](float value) { return hn::Set(d, value); };
   const auto times = [&](float factor, V v) { return hn::Mul(set(factor), v); };
   const V one = set(1.0f);
   V across, down;
   if (lens.is_plane) {
-    const V inverse = hn::Div(one, p.z), ax = hn::Mul(p.x, inverse), ay = hn::Mul(p.y, inverse),
+    const V inverse = hn::Div(one, lz), ax = hn::Mul(lx, inverse), ay = hn::Mul(ly, inverse),
             r2 = hn::Add(hn::Mul(ax, ax), hn::Mul(ay, ay));
     const auto& [k1, k2, p1, p2, k3] = lens.distortion;
     const V inner = hn::Add(set(k2), hn::Mul(r2, set(k3)));
@@ -67,12 +66,12 @@ void project_vector(const FloatLens& lens, const InLens& p, V& sight_x, V& sight
     down =
         hn::Add(hn::Add(hn::Mul(ay, radial), times(p2, cross)), times(p1, hn::Add(r2, hn::Mul(times(2.0f, ay), ay))));
   } else {
-    const V inverse = hn::Div(one, p.distance);
-    const V u = hn::Add(hn::Mul(hn::Mul(p.z, inverse), set(lens.series_scale)), set(lens.series_shift));
+    const V inverse = hn::Div(one, distance);
+    const V u = hn::Add(hn::Mul(hn::Mul(lz, inverse), set(lens.series_scale)), set(lens.series_shift));
     V ratio = hn::Zero(d);
     for (std::size_t i = lens.series.size(); i-- > 0;) ratio = hn::Add(hn::Mul(ratio, u), set(lens.series[i]));
-    across = hn::Mul(hn::Mul(p.x, inverse), ratio);
-    down = hn::Mul(hn::Mul(p.y, inverse), ratio);
+    across = hn::Mul(hn::Mul(lx, inverse), ratio);
+    down = hn::Mul(hn::Mul(ly, inverse), ratio);
   }
   sight_x = hn::Add(hn::Mul(across, set(lens.focal_x)), set(lens.centre_x));
   sight_y = hn::Add(hn::Mul(down, set(lens.focal_y)), set(lens.centre_y));
@@ -128,9 +127,10 @@ void see_vector(const std::vector<FloatLens>& lenses, std::uint32_t blind, std::
         my = after(y, x, 2, z, 0, 1);
         mz = after(z, y, 0, x, 1, 2);
       }
-      const InLens place = in_lens(lens, mx, my, mz);
-      project_vector(lens, place, sx, sy, edge);
-      is_seen = hn::And(is_seen, hn::And(is_before(lens, place), hn::Gt(edge, set(kLeastBorder_px))));
+      V lx, ly, lz, distance;
+      in_lens(lens, mx, my, mz, lx, ly, lz, distance);
+      project_vector(lens, lx, ly, lz, distance, sx, sy, edge);
+      is_seen = hn::And(is_seen, hn::And(is_before(lens, lz, distance), hn::Gt(edge, set(kLeastBorder_px))));
     }
     sight_x = hn::IfThenElse(is_seen, sx, sight_x);
     sight_y = hn::IfThenElse(is_seen, sy, sight_y);
@@ -177,19 +177,20 @@ bool project_each(const FloatLens& lens, std::size_t count, const float* x, cons
   bool any = false;
   const auto project = [&](const float* px, const float* py, const float* pz, float* sight_x, float* sight_y,
                            float* border_px, float* cosine) {
-    const InLens place = in_lens(lens, hn::LoadU(d, px), hn::LoadU(d, py), hn::LoadU(d, pz));
-    const auto is_seen = is_before(lens, place);
+    V lx, ly, lz, distance;
+    in_lens(lens, hn::LoadU(d, px), hn::LoadU(d, py), hn::LoadU(d, pz), lx, ly, lz, distance);
+    const auto is_seen = is_before(lens, lz, distance);
     if (hn::AllFalse(d, is_seen)) {
       hn::StoreU(hn::Set(d, -1.0f), d, border_px);
       return;
     }
     any = true;
     V sx, sy, border;
-    project_vector(lens, place, sx, sy, border);
+    project_vector(lens, lx, ly, lz, distance, sx, sy, border);
     hn::StoreU(sx, d, sight_x);
     hn::StoreU(sy, d, sight_y);
     hn::StoreU(hn::IfThenElse(is_seen, border, hn::Set(d, -1.0f)), d, border_px);
-    hn::StoreU(hn::Div(place.z, place.distance), d, cosine);
+    hn::StoreU(hn::Div(lz, distance), d, cosine);
   };
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
