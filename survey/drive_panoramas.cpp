@@ -119,6 +119,7 @@ void DrivePanoramas::on_exposure(const Exposure& exposure) {
   moment->exposure = std::min(moment->exposure, exposure.index);
   Image& image = moment->images[index];
   image = exposure.image;
+  moment->low.clear();  // a panorama that filled from this moment may have made them without this image
   // The other cameras of a moment may have the chosen number.
   if (!moment->is_chosen && !fills() && (choice.numbers.empty() || cameras.size() == 1)) image.buffer = {};
   const auto& lenses = rig_.geometry.head.lenses;
