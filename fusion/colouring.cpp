@@ -7,7 +7,6 @@
 #include <numbers>
 #include <utility>
 
-#include "core/portable_math.hpp"
 #include "fusion/colouring_piece.hpp"
 #include "fusion/head_motion.hpp"
 #include "fusion/lens_exposure.hpp"

@@ -209,10 +209,4 @@ void DepthPanorama::nearness_of_row(std::span<const float> across, float down, f
   }
 }
 
-float DepthPanorama::nearness(float across, float down) const {
-  float out = 0;
-  nearness_of_row(std::span(&across, 1), down, &out);
-  return out;
-}
-
 }  // namespace hueline::fusion

@@ -40,10 +40,8 @@ class DepthPanorama {
   /// Closes the gaps and fills what has no point. Call it once, after the last add().
   void close(WorkerPool& pool);
 
-  /// Returns the nearness at a fraction of the width (0: left edge, 1: right edge) and of the height (0: zenith), 1/m.
-  /// It is interpolated between cells; the columns wrap around.
-  float nearness(float across, float down) const;
-  /// Writes to `out` what nearness() returns for many fractions of the width.
+  /// Writes the nearness at many fractions of the width (0: left edge, 1: right edge) and one of the height (0: zenith)
+  /// to `out`, 1/m. It is interpolated between cells; the columns wrap around.
   void nearness_of_row(std::span<const float> across, float down, float* out) const;
   /// Returns the share of the cells that had a point before close().
   double known_share() const { return known_share_; }

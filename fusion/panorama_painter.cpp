@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "fusion/panorama_scene.hpp"
+#include "fusion/sight_sampler.hpp"
 
 namespace hueline::fusion {
 namespace {
@@ -80,12 +81,11 @@ bool PanoramaPainter::choose(std::size_t at, Seers& seers) const {
 
 void PanoramaPainter::order(std::uint32_t column, const Seer& seer, float weight) {
   Order& order = orders_[seer.eye];
-  const FloatLens& lens = scene_.eyes[seer.eye].lens;
-  const auto x = static_cast<std::int32_t>(seer.x), y = static_cast<std::int32_t>(seer.y);
-  order.places.x[order.count] = x + static_cast<std::int32_t>(lens.x_offset);
-  order.places.y[order.count] = y + static_cast<std::int32_t>(lens.y_offset);
-  order.places.fx[order.count] = seer.x - static_cast<float>(x);
-  order.places.fy[order.count] = seer.y - static_cast<float>(y);
+  const PlaceInImage place = place_in_image(scene_.eyes[seer.eye].lens, seer.x, seer.y);
+  order.places.x[order.count] = place.x;
+  order.places.y[order.count] = place.y;
+  order.places.fx[order.count] = place.fx;
+  order.places.fy[order.count] = place.fy;
   order.weight[order.count] = weight;
   order.column[order.count++] = column;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "fusion/panorama_cells.hpp"
@@ -23,11 +24,16 @@ Eigen::Vector3f toward(double azimuth_deg, double elevation_deg, double distance
   const double a = azimuth_deg * kRad, e = elevation_deg * kRad;
   return (distance * Eigen::Vector3d(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e))).cast<float>();
 }
+float nearness_at(const DepthPanorama& depth, float across, float down) {
+  float nearness = 0;
+  depth.nearness_of_row(std::span(&across, 1), down, &nearness);
+  return nearness;
+}
 /// The distance in a direction; azimuths anticlockwise from the middle, as the axes are.
 double distance_at(const DepthPanorama& depth, double azimuth_deg, double elevation_deg) {
   const double across = 0.5 - azimuth_deg / 360;
-  return 1 / depth.nearness(static_cast<float>(across - std::floor(across)),
-                            static_cast<float>((90 - elevation_deg) / 180));
+  return 1 / nearness_at(depth, static_cast<float>(across - std::floor(across)),
+                         static_cast<float>((90 - elevation_deg) / 180));
 }
 
 TEST(DepthPanorama, TakesTheUnknownDistanceWhereNothingWasMeasured) {
@@ -149,7 +155,8 @@ TEST(DepthPanorama, DependsOnNeitherThreadsNorOrder) {
   b.close(three);
   EXPECT_EQ(a.known_share(), b.known_share());
   for (float across = 0; across < 1; across += 0.0173f)
-    for (float down = 0; down <= 1; down += 0.0317f) EXPECT_EQ(a.nearness(across, down), b.nearness(across, down));
+    for (float down = 0; down <= 1; down += 0.0317f)
+      EXPECT_EQ(nearness_at(a, across, down), nearness_at(b, across, down));
 }
 
 }  // namespace
